@@ -1,0 +1,1 @@
+"""Inertial parameters of objects from robot pushes, in JAX."""

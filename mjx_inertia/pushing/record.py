@@ -1,0 +1,55 @@
+"""What one push lets a robot measure: the type that a simulated and a real push share.
+
+In: signals of a simulation or of a file. Out: `PushRecord`, without any truth in it.
+"""
+
+import enum
+
+from flax import struct
+from jaxtyping import Array, Float, Int
+
+
+class PushStatus(enum.IntEnum):
+    """Why a push may not be used; `OK` pushes only are fitted and evaluated."""
+
+    OK = 0
+    LOST_CONTACT = 1  # the tip left the object before the push was over
+    NEVER_MOVED = 2  # the object moved less than 3 mm
+    DIVERGED = 3  # a signal is not finite or far outside the table
+    FROZEN_FORCE = 4  # the force signal repeats one value
+    TRACKING_JUMP = 5  # the tracked pose jumps faster than an object can move
+
+
+@struct.dataclass
+class PushRecord:
+    """One push (or, with a leading axis, many) as a robot measures it.
+
+    Frames: world axes, z up; the object frame is the one that its tracker follows (its origin is
+    *not* the CoM in general). Samples are at one fixed rate; beyond `length` they repeat the last
+    valid one.
+
+    Attributes:
+      time: s since the first sample, at the end of each sampling interval.
+      force: contact force on the object, N, world axes, averaged over the sampling interval.
+      moment: moment of that force about the object-frame origin, N m.
+      pose: x, y (m) and yaw (rad, unwrapped) of the object frame in the world.
+      twist: velocity of the object-frame origin (m/s, world axes) and angular velocity (rad/s).
+      tip_position: centre of the pusher tip, m, world.
+      tip_velocity: its velocity, m/s, world.
+      contact_point: first contact point, m, world.
+      contact_normal: inward unit normal of the object there, world axes.
+      length: number of valid samples.
+      status: a `PushStatus`.
+    """
+
+    time: Float[Array, "*n t"]
+    force: Float[Array, "*n t 2"]
+    moment: Float[Array, "*n t"]
+    pose: Float[Array, "*n t 3"]
+    twist: Float[Array, "*n t 3"]
+    tip_position: Float[Array, "*n t 2"]
+    tip_velocity: Float[Array, "*n t 2"]
+    contact_point: Float[Array, "*n 2"]
+    contact_normal: Float[Array, "*n 2"]
+    length: Int[Array, "*n"]
+    status: Int[Array, "*n"]
