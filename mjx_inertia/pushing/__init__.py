@@ -1,5 +1,32 @@
 """The MJX experiment: an object on a table, pushed by a tip."""
 
+from mjx_inertia.pushing.motion import Motion, SampledMotion, StraightMotion
+from mjx_inertia.pushing.parameters import (
+    PushParameters,
+    object_parameters,
+    recompile,
+    resting_height,
+    with_parameters,
+)
 from mjx_inertia.pushing.record import PushRecord, PushStatus
+from mjx_inertia.pushing.scene import Scene, build_scene, build_spec
+from mjx_inertia.pushing.settings import SceneSettings
+from mjx_inertia.pushing.simulate import simulate
 
-__all__ = ["PushRecord", "PushStatus"]
+__all__ = [
+    "Motion",
+    "PushParameters",
+    "PushRecord",
+    "PushStatus",
+    "SampledMotion",
+    "Scene",
+    "SceneSettings",
+    "StraightMotion",
+    "build_scene",
+    "build_spec",
+    "object_parameters",
+    "recompile",
+    "resting_height",
+    "simulate",
+    "with_parameters",
+]

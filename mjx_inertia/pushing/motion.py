@@ -1,0 +1,65 @@
+"""How the tip moves: prescribed motions, each a pytree with a start and a velocity.
+
+In: a description of the path. Out: `StraightMotion` or `SampledMotion`; the simulation asks one
+for its velocity, averaged over a step, so the tip follows the path exactly.
+"""
+
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float
+
+
+@struct.dataclass
+class StraightMotion:
+    """A straight path at constant speed, after a ramp of constant acceleration.
+
+    Attributes:
+      start: centre of the tip at time 0, m, world.
+      direction: unit vector of the path.
+      speed: reached after the ramp, m/s.
+      ramp: duration of the acceleration from rest, s (0: full speed at once).
+      duration: after which the tip stands still, s.
+    """
+
+    start: Float[Array, "*n 2"]
+    direction: Float[Array, "*n 2"]
+    speed: Float[Array, "*n"]
+    ramp: Float[Array, "*n"]
+    duration: Float[Array, "*n"]
+
+    def velocity(self, time: Float[Array, ""], step: float) -> Float[Array, "2"]:
+        """Mean velocity from `time` to `time + step`, m/s (the midpoint, exact on a ramp)."""
+        middle = time + 0.5 * step
+        share = jnp.where(self.ramp > 0, middle / jnp.where(self.ramp > 0, self.ramp, 1.0), 1.0)
+        moving = middle < self.duration
+        return self.direction * (self.speed * jnp.minimum(share, 1.0) * moving)
+
+
+@struct.dataclass
+class SampledMotion:
+    """A path through sampled positions, straight between them: one measured in a file, say.
+
+    Attributes:
+      start: centre of the tip at time 0, m, world.
+      offsets: (knots, 2) positions minus `start`, m.
+      interval: time between knots, s; after the last one the tip stands still.
+      duration: s.
+    """
+
+    start: Float[Array, "*n 2"]
+    offsets: Float[Array, "*n k 2"]
+    interval: Float[Array, "*n"]
+    duration: Float[Array, "*n"]
+
+    def velocity(self, time: Float[Array, ""], step: float) -> Float[Array, "2"]:
+        """Mean velocity from `time` to `time + step`, m/s."""
+        knots = jnp.arange(self.offsets.shape[0])
+
+        def at(t: Float[Array, ""]) -> Float[Array, "2"]:
+            x = t / self.interval
+            return jnp.stack([jnp.interp(x, knots, self.offsets[:, i]) for i in range(2)])
+
+        return (at(time + step) - at(time)) / step
+
+
+Motion = StraightMotion | SampledMotion

@@ -1,0 +1,212 @@
+"""The scene of a push as a MuJoCo model: an object on a table and a driven tip.
+
+In: an `ObjectModel` and `SceneSettings`. Out: a `Scene`, compiled once, whose mass, size, friction
+and contact are then changed per push by `parameters.py`.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from shapely.geometry import Point, Polygon
+
+from mjx_inertia.objects import ObjectModel
+from mjx_inertia.pushing.quiet_mjx import mjx
+from mjx_inertia.pushing.settings import (
+    FLOOR_SOLIMP,
+    FLOOR_SOLREF,
+    GRAVITY,
+    TIP_ARMATURE,
+    TIP_SOLIMP,
+    SceneSettings,
+)
+
+# MuJoCo marks a body whose CoM lies at its origin, and MJX then ignores a change of the CoM in
+# part of its pipeline: compile with a CoM beside the origin.
+_COMPILED_COM = (0.003, 0.002)
+_FOOT_RADIUS = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A compiled scene and where its parts are.
+
+    Attributes:
+      object_model: the object that the scene was compiled for.
+      settings: how it was built.
+      model: the MuJoCo model (the oracle's).
+      mjx_model: the same on the device.
+      data: blank MJX data of the model.
+      body, tip_body: body ids.
+      hull: geoms of the object that the tip meets.
+      feet: geoms under the object that carry it (none in `corners`).
+      feet_fraction: (n, 2), where each foot stands as a fraction of the half extents from the
+        centre of the footprint (`pads`), else zeros.
+      tip_pairs, floor_pairs: contact pair ids.
+      planar: the object moves in the plane of the table (and up and down), else freely.
+    """
+
+    object_model: ObjectModel
+    settings: SceneSettings
+    model: mujoco.MjModel
+    mjx_model: mjx.Model
+    data: mjx.Data
+    body: int
+    tip_body: int
+    hull: np.ndarray
+    feet: np.ndarray
+    feet_fraction: np.ndarray
+    tip_pairs: np.ndarray
+    floor_pairs: np.ndarray
+    planar: bool
+
+    @property
+    def tip_dofs(self) -> tuple[int, int]:
+        """Degrees of freedom of the tip: the last two."""
+        return self.model.nv - 2, self.model.nv - 1
+
+
+def _feet_fraction(obj: ObjectModel, settings: SceneSettings) -> np.ndarray:
+    if settings.table == "corners":
+        return np.zeros((0, 2))
+    if settings.table == "limit_surface":
+        return np.zeros((1, 2))
+    line = (np.arange(settings.pads) + 0.5) / settings.pads * 2 - 1
+    grid = np.stack(np.meshgrid(line, line, indexing="ij"), -1).reshape(-1, 2)
+    inside = Polygon(obj.outline)
+    spots = obj.center[:2] + grid * obj.half_extents[:2]
+    return grid[[inside.contains(Point(*spot)) for spot in spots]]
+
+
+def _add_object(spec: mujoco.MjSpec, obj: ObjectModel, settings: SceneSettings) -> list[str]:
+    """Adds the object at the origin; returns the names of its hull geoms."""
+    body = spec.worldbody.add_body(name="object")
+    if settings.table == "corners":
+        body.add_joint(name="free", type=mujoco.mjtJoint.mjJNT_FREE)
+    else:
+        slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
+        for name, kind, axis in (
+            ("x", slide, (1, 0, 0)),
+            ("y", slide, (0, 1, 0)),
+            ("z", slide, (0, 0, 1)),
+            ("yaw", hinge, (0, 0, 1)),
+        ):
+            body.add_joint(name=name, type=kind, axis=axis)
+    body.explicitinertial = True
+    body.mass = float(obj.inertial.mass)
+    body.ipos = (*_COMPILED_COM, obj.height / 2)
+    body.inertia = np.diag(np.asarray(obj.inertial.inertia))
+    off = {"contype": 0, "conaffinity": 0}
+    if obj.is_box:
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        body.add_geom(name="hull0", type=box, size=obj.half_extents, pos=obj.center, **off)
+        return ["hull0"]
+    names = []
+    for i, piece in enumerate(obj.pieces):
+        ring = np.concatenate([np.c_[piece, np.full(len(piece), z)] for z in (0.0, obj.height)])
+        spec.add_mesh(name=f"piece{i}", uservert=ring.reshape(-1))
+        body.add_geom(
+            name=f"hull{i}", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"piece{i}", **off
+        )
+        names.append(f"hull{i}")
+    return names
+
+
+def _add_tip(spec: mujoco.MjSpec, settings: SceneSettings, height: float) -> None:
+    body = spec.worldbody.add_body(name="tip", pos=(0, 0, height))
+    for name, axis in (("tip_x", (1, 0, 0)), ("tip_y", (0, 1, 0))):
+        body.add_joint(
+            name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis, armature=TIP_ARMATURE
+        )
+    body.add_geom(
+        name="tip",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=(settings.tip_radius, 0, 0),
+        mass=0.1,
+        contype=0,
+        conaffinity=0,
+    )
+
+
+def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
+    """The scene as an editable MuJoCo specification, object at rest at the origin."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = settings.timestep
+    spec.option.gravity = (0, 0, -GRAVITY)
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.option.tolerance = 0.0
+    spec.option.iterations = 100
+    spec.option.ls_iterations = 50
+    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=(2, 2, 0.1),
+        contype=0,
+        conaffinity=0,
+    )
+    hull = _add_object(spec, obj, settings)
+    _add_tip(spec, settings, min(settings.tip_height, obj.height / 2))
+    body = spec.body("object")
+    feet = []
+    for i, _ in enumerate(_feet_fraction(obj, settings)):
+        body.add_geom(
+            name=f"foot{i}",
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=(_FOOT_RADIUS, 0, 0),
+            pos=(0, 0, _FOOT_RADIUS),
+            contype=0,
+            conaffinity=0,
+        )
+        feet.append(f"foot{i}")
+    condim = 4 if settings.table == "limit_surface" else 3
+    for name in hull:
+        spec.add_pair(
+            geomname1="tip", geomname2=name, condim=3, solref=(0.02, 1.0), solimp=TIP_SOLIMP
+        )
+    for name in feet or hull:
+        spec.add_pair(
+            geomname1="floor",
+            geomname2=name,
+            condim=condim,
+            solref=FLOOR_SOLREF,
+            solimp=FLOOR_SOLIMP,
+        )
+    return spec
+
+
+def build_scene(obj: ObjectModel, settings: SceneSettings | None = None) -> Scene:
+    """Compiles the scene of one object.
+
+    Args:
+      obj: the object; a rectangle centred on its origin becomes a box whose size may differ from
+        push to push, any other outline one mesh for each of its convex pieces.
+      settings: the table, the tip and the step.
+    """
+    settings = settings or SceneSettings()
+    model = build_spec(obj, settings).compile()
+
+    def geoms(prefix: str) -> np.ndarray:
+        return np.array(
+            [g for g in range(model.ngeom) if model.geom(g).name.startswith(prefix)], int
+        )
+
+    tip_geom = model.geom("tip").id
+    tip = np.array([p for p in range(model.npair) if model.pair_geom1[p] == tip_geom], int)
+    return Scene(
+        object_model=obj,
+        settings=settings,
+        model=model,
+        mjx_model=mjx.put_model(model),
+        data=mjx.make_data(model),
+        body=model.body("object").id,
+        tip_body=model.body("tip").id,
+        hull=geoms("hull"),
+        feet=geoms("foot"),
+        feet_fraction=_feet_fraction(obj, settings),
+        tip_pairs=tip,
+        floor_pairs=np.setdiff1d(np.arange(model.npair), tip),
+        planar=settings.table != "corners",
+    )

@@ -1,0 +1,158 @@
+"""Batches of pushes in one compiled program, over all devices.
+
+Pushes differ sixfold in duration, so the program simulates a short segment of a block of pushes;
+blocks are filled with pushes of like duration, and each is run for as many segments as it needs.
+In: a scene, parameters and motions with a leading axis. Out: a `PushRecord` with that axis.
+"""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+from jaxtyping import Array, Float, Int
+
+from mjx_inertia.pushing.motion import Motion
+from mjx_inertia.pushing.parameters import PushParameters
+from mjx_inertia.pushing.record import PushRecord
+from mjx_inertia.pushing.rollout import Sample, initial_state, rollout
+from mjx_inertia.pushing.scene import Scene
+from mjx_inertia.pushing.status import push_length, push_status
+
+SEGMENT = 125  # samples: the four speeds of the data take 2, 3, 6 and 12 segments
+BLOCK_PER_DEVICE = 1024  # pushes; large enough to vectorise, small enough for the cache
+
+_AXIS = "pushes"
+
+
+@functools.lru_cache(maxsize=16)
+def _programs(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any], int, NamedSharding]:
+    """The compiled functions of a scene (start of a block, one segment of it)."""
+    mesh = Mesh(np.array(jax.devices()), (_AXIS,))
+    split = PartitionSpec(_AXIS)
+
+    def start(pose: Array, tip: Array) -> Any:
+        return jax.vmap(functools.partial(initial_state, scene))(pose, tip)
+
+    def segment(parameters: PushParameters, motion: Motion, state: Any, first: Array) -> Any:
+        one = functools.partial(rollout, scene, samples=SEGMENT)
+        return jax.vmap(one, in_axes=(0, 0, 0, None))(parameters, motion, state, first)
+
+    run = jax.shard_map(
+        segment,
+        mesh=mesh,
+        in_specs=(split, split, split, PartitionSpec()),
+        out_specs=split,
+        check_vma=False,
+    )
+    sharding = NamedSharding(mesh, split)
+    return jax.jit(start, out_shardings=sharding), jax.jit(run, donate_argnums=2), mesh.devices.size, sharding
+
+
+def _take(tree: Any, index: np.ndarray) -> Any:
+    return jax.tree.map(lambda x: np.asarray(x)[index], tree)
+
+
+def _simulate_block(
+    scene: Scene, parameters: PushParameters, motion: Motion, pose: np.ndarray, segments: int
+) -> Sample:
+    """Signals of one block of pushes, numpy, (n, segments * SEGMENT, ...)."""
+    start, run, _, sharding = _programs(scene)
+    parameters, motion, pose = jax.device_put((parameters, motion, pose), sharding)
+    state = start(pose, motion.start)
+    parts = []
+    for i in range(segments):
+        state, sample = run(parameters, motion, state, jnp.int32(i * SEGMENT))
+        parts.append(sample)
+    return jax.tree.map(lambda *x: np.concatenate([np.asarray(p) for p in x], 1), *parts)
+
+
+def simulate(
+    scene: Scene,
+    parameters: PushParameters,
+    motion: Motion,
+    *,
+    contact_point: Float[np.ndarray, "n 2"],
+    contact_normal: Float[np.ndarray, "n 2"],
+    pose: Float[np.ndarray, "n 3"] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> PushRecord:
+    """Simulates many pushes of one scene.
+
+    Args:
+      scene: from `build_scene`.
+      parameters: of each push, leading axis n.
+      motion: of each tip, leading axis n.
+      contact_point: where the tip first meets the object, m, world.
+      contact_normal: inward unit normal of the object there, world.
+      pose: of the object at the start (default: at the origin).
+      progress: called with the number of pushes done after each block.
+
+    Returns:
+      The signals at `scene.settings.rate`, padded to the longest push, with a status on each: one
+      bad push leaves the others as they are.
+    """
+    n = len(contact_point)
+    dtype = scene.data.qpos.dtype
+    pose = np.zeros((n, 3)) if pose is None else np.asarray(pose)
+    parameters, motion, pose = jax.tree.map(
+        lambda x: np.asarray(x, dtype), (parameters, motion, pose)
+    )
+    rate = scene.settings.rate
+    planned = np.ceil(np.round(np.asarray(motion.duration) * rate, 3)).astype(int)
+    block = BLOCK_PER_DEVICE * _programs(scene)[2]
+    while block // 2 >= n and block > _programs(scene)[2]:
+        block //= 2
+    longest = int(planned.max())
+    signals: Sample | None = None
+    order = np.argsort(planned, kind="stable")
+    for first in range(0, n, block):
+        index = order[first : first + block]
+        filled = np.pad(index, (0, block - len(index)), mode="edge")
+        segments = -(-int(planned[index].max()) // SEGMENT)
+        part = _simulate_block(
+            scene, _take(parameters, filled), _take(motion, filled), pose[filled], segments
+        )
+        if signals is None:
+            signals = jax.tree.map(lambda x: np.zeros((n, longest, *x.shape[2:]), x.dtype), part)
+        width = min(longest, segments * SEGMENT)
+        for whole, piece in zip(jax.tree.leaves(signals), jax.tree.leaves(part), strict=True):
+            whole[index, :width] = piece[: len(index), :width]
+        if progress:
+            progress(len(index))
+    assert signals is not None
+    return _record(signals, planned, rate, contact_point, contact_normal)
+
+
+def _record(
+    signals: Sample,
+    planned: Int[np.ndarray, "n"],
+    rate: float,
+    contact_point: np.ndarray,
+    contact_normal: np.ndarray,
+) -> PushRecord:
+    n, t = signals.moment.shape
+    dtype = signals.moment.dtype
+    record = PushRecord(
+        time=np.broadcast_to((np.arange(t) + 1) / rate, (n, t)).astype(dtype),
+        **{name: getattr(signals, name) for name in Sample.__dataclass_fields__},
+        contact_point=np.asarray(contact_point, dtype),
+        contact_normal=np.asarray(contact_normal, dtype),
+        length=planned.astype(np.int32),
+        status=np.zeros(n, np.int32),
+    )
+    status = push_status(record, rate)
+    record = record.replace(status=status, length=push_length(record, rate))
+    return _hold_last(record)
+
+
+def _hold_last(record: PushRecord) -> PushRecord:
+    """Repeats the last valid sample beyond the length."""
+    t = record.time.shape[1]
+    index = np.minimum(np.arange(t), np.maximum(record.length[:, None] - 1, 0))
+    rows = np.arange(len(index))[:, None]
+    names = Sample.__dataclass_fields__
+    return record.replace(**{name: getattr(record, name)[rows, index] for name in names})
