@@ -1,0 +1,237 @@
+"""The main job: `python -m mjx_inertia.sweep [overrides]`.
+
+Simulates (or reads) pushes, takes features, fits every estimator on every split, judges it on
+pushes that it has not seen, and writes `results.csv` and a self-contained `report.html`.
+"""
+
+import logging
+import os
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import hydra
+import jax
+import numpy as np
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, OmegaConf
+from tqdm import tqdm
+
+from mjx_inertia import runtime
+from mjx_inertia.dataset import (
+    McubeFileError,
+    SimulatedSettings,
+    Source,
+    Split,
+    StoreError,
+    measured_source,
+    provenance,
+    simulated_source,
+)
+from mjx_inertia.estimators import ESTIMATORS, Estimate, forest_tree
+from mjx_inertia.evaluation import (
+    Evaluation,
+    Published,
+    ReportContent,
+    Section,
+    SplitText,
+    draw_tree,
+    format_table,
+    sample_signals,
+    summarize_all,
+    write_report,
+    write_results,
+)
+from mjx_inertia.features import Examples, concatenate, examples, take
+from mjx_inertia.pushing import PushRecord, PushStatus
+from mjx_inertia.settings import CONFIGS, SweepSettings, from_config, register_defaults
+
+log = logging.getLogger(__name__)
+
+THESIS_TABLE_3_3 = Published(
+    "thesis, Table 3.3",
+    {
+        "mass": (7.59, 11.04),
+        "inertia": (13.49, 10.20),
+        "com_x": (12.59, 8.62),
+        "com_y": (20.61, 8.12),
+    },
+    dataset="full",
+    split="thesis",
+)
+THESIS_TABLE_3_4 = Published(
+    "thesis, Table 3.4 (all objects, other split)",
+    {
+        "mass": (10.05, 7.09),
+        "inertia": (12.44, 7.38),
+        "com_x": (12.90, 15.05),
+        "com_y": (13.32, 15.31),
+    },
+    dataset="mdataset",
+)
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """What a run found.
+
+    Attributes:
+      source: the pushes.
+      tables: examples by feature set, rows in the order of the source.
+      evaluations: of every estimator on every split.
+      fitted: the fitted estimators of each split's last fold, by (split, estimator).
+      shown: a few records for a figure.
+    """
+
+    source: Source
+    tables: Mapping[str, Examples]
+    evaluations: tuple[Evaluation, ...]
+    fitted: Mapping[tuple[str, str], Any]
+    shown: PushRecord
+
+
+def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Examples], PushRecord]:
+    """Features of all pushes in one pass, one table for each feature set in use."""
+    sets = {getattr(s, "features", None) or "onset" for s in settings.estimators.values()}
+    parts: dict[str, list[Examples]] = {name: [] for name in sorted(sets)}
+    shown: PushRecord | None = None
+    total = len(source.truth.mass)
+    with tqdm(total=total, unit="push", desc="features", disable=not settings.progress) as bar:
+        for batch in source.batches():
+            if shown is None:
+                first = np.flatnonzero(np.asarray(batch.records.status) == PushStatus.OK)
+                spread = first[np.linspace(0, len(first) - 1, min(4, len(first))).astype(int)]
+                shown = jax.tree.map(lambda x: np.asarray(x)[spread], batch.records)
+            for name, rows in parts.items():
+                rows.append(examples(batch, name, settings.features))
+            bar.update(len(batch.truth.mass))
+    assert shown is not None
+    return {name: concatenate(rows) for name, rows in parts.items()}, shown
+
+
+def evaluate(
+    source: Source, tables: Mapping[str, Examples], settings: SweepSettings
+) -> tuple[tuple[Evaluation, ...], dict[tuple[str, str], Any]]:
+    """Fits and judges every estimator on every split; the tests of a split's folds are pooled."""
+    evaluations, fitted = [], {}
+    for split in source.splits:
+        for name, choice in settings.estimators.items():
+            estimator = ESTIMATORS[name].factory(choice)
+            table = tables[getattr(choice, "features", None) or "onset"]
+            estimates = []
+            for fold, (train, test) in enumerate(split.folds):
+                key = jax.random.fold_in(jax.random.key(settings.seed), fold)
+                model = estimator.fit(take(table, train), key=key)
+                estimates.append(estimator.predict(model, take(table, test)))
+                fitted[split.name, name] = model
+            evaluations.append(_evaluation(source, split, name, estimates, table))
+    return tuple(evaluations), fitted
+
+
+def _evaluation(
+    source: Source, split: Split, name: str, estimates: list[Estimate], table: Examples
+) -> Evaluation:
+    rows = np.concatenate([test for _, test in split.folds])
+    pooled = jax.tree.map(lambda *x: np.concatenate([np.asarray(e) for e in x]), *estimates)
+    return Evaluation(
+        dataset=source.name,
+        split=split.name,
+        estimator=name,
+        estimate=pooled,
+        truth=jax.tree.map(lambda x: np.asarray(x)[rows], source.truth),
+        conditions=jax.tree.map(lambda x: np.asarray(x)[rows], source.conditions),
+        push_status=np.asarray(table.status)[rows],
+        object_labels=source.object_labels or None,
+    )
+
+
+def run_sweep(settings: SweepSettings) -> SweepResult | None:
+    """The whole job but the writing; None while other shards of the store are missing."""
+    if isinstance(settings.dataset, SimulatedSettings):
+        source = simulated_source(settings.dataset, progress=settings.progress)
+    else:
+        source = measured_source(settings.dataset, progress=settings.progress)
+    if source is None:
+        return None
+    tables, shown = tabulate(source, settings)
+    evaluations, fitted = evaluate(source, tables, settings)
+    return SweepResult(source, tables, evaluations, fitted, shown)
+
+
+def write_outputs(
+    folder: Path, result: SweepResult, config_yaml: str, sections: tuple[Section, ...] = ()
+) -> str:
+    """Writes `results.csv` and `report.html` to a folder; returns the table as text."""
+    folder.mkdir(parents=True, exist_ok=True)
+    summaries = summarize_all(result.evaluations)
+    write_results(folder / "results.csv", summaries)
+    source = result.source
+    content = ReportContent(
+        title=f"Inertial parameters from one push: {source.name}",
+        evaluations=result.evaluations,
+        splits=[SplitText(s.name, s.phrase, s.description) for s in source.splits],
+        config_yaml=config_yaml,
+        versions=provenance(),
+        published=[THESIS_TABLE_3_3, THESIS_TABLE_3_4],
+        sections=(*sections, *_own_sections(result)),
+    )
+    write_report(folder / "report.html", content)
+    return format_table(summaries)
+
+
+def _own_sections(result: SweepResult) -> list[Section]:
+    pushes = range(len(result.shown.status))
+    sections = [
+        Section(
+            "What a robot measures",
+            sample_signals(result.shown, pushes),
+            "Signals of some pushes (thesis Fig. 3.4), without sensor noise removed or added.",
+        )
+    ]
+    for (split, name), fitted in result.fitted.items():
+        if name == "forest":
+            tree = draw_tree(forest_tree(fitted, 0))
+            caption = f"The first levels of one of its trees, {split} split (thesis Fig. 3.13)."
+            sections.append(Section("A tree of the forest", tree, caption))
+            break
+    if result.source.notes:
+        sections.append(Section("Notes on the data", "\n".join(result.source.notes)))
+    return sections
+
+
+def _devices_of_job(config: DictConfig) -> int | None:
+    """Cores for this job: those of the machine, shared among the jobs that a launcher starts."""
+    if config.devices:
+        return config.devices
+    jobs = HydraConfig.get().launcher.get("n_jobs") or 1
+    cores = len(os.sched_getaffinity(0))
+    return max(1, cores // jobs) if jobs > 0 else 1
+
+
+@hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name="sweep")
+def main(config: DictConfig) -> None:
+    """Runs the job that the command line asks for."""
+    try:
+        runtime.configure(_devices_of_job(config))
+        settings = from_config(config)
+        result = run_sweep(settings)
+        folder = Path(HydraConfig.get().runtime.output_dir)
+        if result is None:
+            log.info("shard %s is done; the store waits for the others", config.dataset.shard)
+            return
+        table = write_outputs(folder, result, OmegaConf.to_yaml(config, resolve=True))
+    except (StoreError, McubeFileError, ValueError, FileNotFoundError) as error:
+        if "-v" in sys.argv or os.environ.get("HYDRA_FULL_ERROR"):
+            raise
+        raise SystemExit(f"error: {error}") from None
+    print(table)
+    for note in result.source.notes:
+        print(note)
+    print(f"\nreport: {folder / 'report.html'}")
+
+
+if __name__ == "__main__":
+    register_defaults()
+    main()

@@ -1,1 +1,82 @@
-"""Placeholder."""
+"""Estimates and truths to an honest table, figures and one report."""
+
+from mjx_inertia.evaluation.accuracy_figures import calibration_histograms, predicted_against_true
+from mjx_inertia.evaluation.appearance import to_data_uri
+from mjx_inertia.evaluation.breakdown import CONDITIONS, BreakdownRow, breakdown
+from mjx_inertia.evaluation.condition_figures import (
+    VariationGroup,
+    error_averages,
+    error_images,
+    errors_by_condition,
+    variation_boxes,
+)
+from mjx_inertia.evaluation.errors import (
+    TargetErrors,
+    absolute_percent_difference,
+    com_error_mm,
+    percent_difference,
+    relative_error_percent,
+    target_errors,
+)
+from mjx_inertia.evaluation.evaluation import Evaluation, count_failures
+from mjx_inertia.evaluation.intervals import (
+    Calibration,
+    Interval,
+    bootstrap_mean,
+    calibrate,
+    z_scores,
+)
+from mjx_inertia.evaluation.push_figures import sample_signals
+from mjx_inertia.evaluation.report import ReportContent, SplitText, render_report, write_report
+from mjx_inertia.evaluation.report_figures import Section
+from mjx_inertia.evaluation.report_tables import Published
+from mjx_inertia.evaluation.summary import (
+    TargetSummary,
+    leading_estimator,
+    summarize,
+    summarize_all,
+)
+from mjx_inertia.evaluation.tables import RESULT_COLUMNS, format_table, write_results
+from mjx_inertia.evaluation.tree_figures import draw_tree
+
+__all__ = [
+    "CONDITIONS",
+    "RESULT_COLUMNS",
+    "BreakdownRow",
+    "Calibration",
+    "Evaluation",
+    "Interval",
+    "Published",
+    "ReportContent",
+    "Section",
+    "SplitText",
+    "TargetErrors",
+    "TargetSummary",
+    "VariationGroup",
+    "absolute_percent_difference",
+    "bootstrap_mean",
+    "breakdown",
+    "calibrate",
+    "calibration_histograms",
+    "com_error_mm",
+    "count_failures",
+    "draw_tree",
+    "error_averages",
+    "error_images",
+    "errors_by_condition",
+    "format_table",
+    "leading_estimator",
+    "percent_difference",
+    "predicted_against_true",
+    "relative_error_percent",
+    "render_report",
+    "sample_signals",
+    "summarize",
+    "summarize_all",
+    "target_errors",
+    "to_data_uri",
+    "variation_boxes",
+    "write_report",
+    "write_results",
+    "z_scores",
+]

@@ -1,5 +1,18 @@
 """A push as a vector with named entries."""
 
-from mjx_inertia.features.examples import Examples
+from mjx_inertia.features.examples import Examples, columns_of_set, concatenate, select, take
+from mjx_inertia.features.extract import FEATURE_SETS, examples, extract, feature_names
+from mjx_inertia.features.signals import FeatureSettings
 
-__all__ = ["Examples"]
+__all__ = [
+    "FEATURE_SETS",
+    "Examples",
+    "FeatureSettings",
+    "columns_of_set",
+    "concatenate",
+    "examples",
+    "extract",
+    "feature_names",
+    "select",
+    "take",
+]

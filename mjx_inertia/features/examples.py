@@ -1,7 +1,17 @@
-"""The rows that estimators see: features computed once from the records, truth aside."""
+"""The rows that estimators see: features computed once from the records, truth aside.
 
+In: feature rows with their column names. Out: `Examples`, parts of them, and columns by name.
+A column is named `set/...`, so that one table can hold a set and its supersets.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
 from flax import struct
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.dataset import PushTruth
 
@@ -21,3 +31,68 @@ class Examples:
     status: Int[Array, "n"]
     truth: PushTruth | None
     columns: tuple[str, ...] = struct.field(pytree_node=False)
+
+
+def take(
+    examples: Examples, indices: Int[Array | np.ndarray, "m"] | Bool[Array | np.ndarray, "n"]
+) -> Examples:
+    """Rows of `examples` by index or by mask."""
+    rows = jnp.asarray(indices)
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf)[rows], examples)
+
+
+def concatenate(parts: Sequence[Examples]) -> Examples:
+    """All rows of `parts`, in order; without truth if any part has none.
+
+    Raises:
+      ValueError: there is no part, or parts have different columns.
+    """
+    if not parts:
+        raise ValueError("concatenate: `parts` is empty; pass at least one Examples")
+    for number, part in enumerate(parts):
+        if part.columns != parts[0].columns:
+            differing = sorted(set(part.columns) ^ set(parts[0].columns))[:6]
+            raise ValueError(
+                f"concatenate: part {number} has other columns than part 0 ({differing} differ, or "
+                "their order); extract both with one feature set and one settings"
+            )
+    if any(part.truth is None for part in parts):
+        parts = [replace(part, truth=None) for part in parts]
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
+
+
+def columns_of_set(columns: tuple[str, ...], feature_set: str | None) -> tuple[str, ...]:
+    """The columns that belong to `feature_set` ("windows" takes `windows/...`); None takes all.
+
+    Raises:
+      ValueError: no column belongs to it.
+    """
+    if feature_set is None:
+        return columns
+    chosen = tuple(name for name in columns if name.startswith(feature_set + "/"))
+    if not chosen:
+        present = sorted({name.split("/")[0] for name in columns})
+        raise ValueError(
+            f"no column of the feature set {feature_set!r} among the examples' sets {present}; "
+            "extract it, or set the estimator's `features` to one of these or to None"
+        )
+    return chosen
+
+
+def select(examples: Examples, columns: tuple[str, ...]) -> Float[Array, "n k"]:
+    """The features named `columns`, in that order; the examples may hold others too.
+
+    Raises:
+      ValueError: a column is missing.
+    """
+    if columns == examples.columns:
+        return examples.features
+    place = {name: number for number, name in enumerate(examples.columns)}
+    missing = [name for name in columns if name not in place]
+    if missing:
+        shown = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
+        raise ValueError(
+            f"examples lack {len(missing)} of {len(columns)} columns asked for: {shown}; extract "
+            "them with the feature set and settings that the estimator was fitted with"
+        )
+    return examples.features[:, jnp.asarray([place[name] for name in columns], dtype=jnp.int32)]

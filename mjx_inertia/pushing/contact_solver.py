@@ -110,7 +110,9 @@ def _slip(c: _Contacts, acceleration: Vector) -> list[Array]:
     return [dot(j, spread) - ref for j, ref in zip(c.jacobian, c.reference, strict=True)]
 
 
-def _add_contact(c: _Contacts, a: Vector, gradient: list[Array], hessian: list[list[Array]]) -> None:
+def _add_contact(
+    c: _Contacts, a: Vector, gradient: list[Array], hessian: list[list[Array]]
+) -> None:
     """Adds a group's part to the gradient and to the lower half of the Hessian, in place."""
     force, curvature = _cone(c, _slip(c, a))
     columns = [[row[j] for row in c.jacobian] for j in range(len(a))]
@@ -121,6 +123,57 @@ def _add_contact(c: _Contacts, a: Vector, gradient: list[Array], hessian: list[l
             hessian[j][i] = hessian[j][i] + dot(column, curved[i]).sum()
 
 
+@dataclass(frozen=True)
+class _Line:
+    """Cost of a group of contacts along a line: normal, squared tangent and quadratic terms."""
+
+    mu: Array
+    surface_weight: Array
+    normal: tuple[Array, Array]  # u_n + length v_n
+    tangent: tuple[Array, Array, Array]  # uu + length (2 uv + length vv)
+    stuck: tuple[Array, Array]  # slope and curvature of the quadratic cost
+
+    def derivatives(self, length: Array) -> tuple[Array, Array]:
+        """First and second derivative of the cost at a step length, summed over the contacts."""
+        (normal, rate), (uu, uv, vv), mu = self.normal, self.tangent, self.mu
+        n = normal + length * rate
+        half_rate = uv + length * vv
+        tangent_sq = uu + length * (uv + half_rate)
+        slides = tangent_sq > _TINY
+        inverse = jax.lax.rsqrt(jnp.where(slides, tangent_sq, 1.0))
+        tangent = jnp.where(slides, tangent_sq * inverse, 0.0)
+        is_stuck = jnp.where(slides, mu * n + tangent <= 0, n < 0)
+        on_surface = slides & (n < mu * tangent) & ~is_stuck
+        tangent_rate = half_rate * inverse
+        gap, gap_rate = n - mu * tangent, rate - mu * tangent_rate
+        bend = mu * (vv - tangent_rate * tangent_rate) * inverse
+        d = self.surface_weight
+        slope, curvature = self.stuck
+        first = jnp.where(on_surface, d * gap * gap_rate, 0.0)
+        first = jnp.where(is_stuck, slope + length * curvature, first)
+        second = jnp.where(on_surface, d * (gap_rate * gap_rate - gap * bend), 0.0)
+        return first.sum(), jnp.where(is_stuck, curvature, second).sum()
+
+
+def _line(c: _Contacts, a: Vector, step: Vector) -> _Line:
+    slip = _slip(c, a)
+    rate = [dot(j, [s[None] for s in step]) for j in c.jacobian]
+    u = [s * x for s, x in zip(c.scale, slip, strict=True)]
+    v = [s * x for s, x in zip(c.scale, rate, strict=True)]
+    zero = jnp.zeros_like(u[0])
+    weighted = [w * x for w, x in zip(c.weight, rate, strict=True)]
+    mu = c.scale[0]
+    return _Line(
+        mu=mu,
+        surface_weight=c.weight[0] / (mu * mu * (1 + mu * mu)),
+        normal=(u[0], v[0]),
+        tangent=(dot(u[1:], u[1:]), dot(u[1:], v[1:]), dot(v[1:], v[1:]))
+        if len(u) > 1
+        else (zero, zero, zero),
+        stuck=(dot(weighted, slip), dot(weighted, rate)),
+    )
+
+
 def _line_search(
     contacts: list[_Contacts], a: Vector, step: Vector, slope: Array, curvature: Array, steps: int
 ) -> Array:
@@ -128,17 +181,14 @@ def _line_search(
 
     `slope` and `curvature` are those of the smooth part at a.
     """
-    along = [
-        (c, _slip(c, a), [dot(j, [s[None] for s in step]) for j in c.jacobian]) for c in contacts
-    ]
+    lines = [_line(c, a, step) for c in contacts]
     length = jnp.ones_like(slope)
     low, high = jnp.zeros_like(slope), jnp.full_like(slope, jnp.inf)
     for _ in range(steps):
         first, second = slope + length * curvature, curvature
-        for c, slip, rate in along:
-            force, hessian = _cone(c, [x + length * r for x, r in zip(slip, rate, strict=True)])
-            first = first - dot(force, rate).sum()
-            second = second + dot(rate, matvec(hessian, rate)).sum()
+        for line in lines:
+            d1, d2 = line.derivatives(length)
+            first, second = first + d1, second + d2
         low, high = jnp.where(first < 0, length, low), jnp.where(first < 0, high, length)
         newton = length - first / second
         middle = jnp.where(jnp.isfinite(high), 0.5 * (low + high), 2.0 * length)
@@ -207,6 +257,4 @@ def solve(
             efc_force = efc_force.at[index].set(value)
     qacc = jnp.zeros(nv, a[0].dtype).at[np.array(free)].set(jnp.stack(a))
     qfrc = (data._impl.efc_J * efc_force[:, None]).sum(0)
-    return data.tree_replace(
-        {"qacc": qacc, "qfrc_constraint": qfrc, "_impl.efc_force": efc_force}
-    )
+    return data.tree_replace({"qacc": qacc, "qfrc_constraint": qfrc, "_impl.efc_force": efc_force})

@@ -38,9 +38,7 @@ class Sample:
     tip_velocity: Float[Array, "*n 2"]
 
 
-def initial_state(
-    scene: Scene, pose: Float[Array, "3"], tip_start: Float[Array, "2"]
-) -> State:
+def initial_state(scene: Scene, pose: Float[Array, "3"], tip_start: Float[Array, "2"]) -> State:
     """The object at rest in the table's surface at `pose` (x, y, yaw), the tip at its start."""
     nv = scene.model.nv
     dtype = scene.data.qpos.dtype

@@ -105,9 +105,7 @@ def _add_object(spec: mujoco.MjSpec, obj: ObjectModel, settings: SceneSettings) 
     for i, piece in enumerate(obj.pieces):
         ring = np.concatenate([np.c_[piece, np.full(len(piece), z)] for z in (0.0, obj.height)])
         spec.add_mesh(name=f"piece{i}", uservert=ring.reshape(-1))
-        body.add_geom(
-            name=f"hull{i}", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"piece{i}", **off
-        )
+        body.add_geom(name=f"hull{i}", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"piece{i}", **off)
         names.append(f"hull{i}")
     return names
 

@@ -54,9 +54,7 @@ class SceneSettings:
     def __post_init__(self) -> None:
         """Raises ValueError for settings that make no experiment."""
         if self.table not in ("limit_surface", "corners", "pads"):
-            raise ValueError(
-                f"table={self.table!r}: choose 'limit_surface', 'corners' or 'pads'"
-            )
+            raise ValueError(f"table={self.table!r}: choose 'limit_surface', 'corners' or 'pads'")
         for name in ("rate", "max_timestep", "tip_radius", "tip_height"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)}: must be positive")

@@ -23,7 +23,7 @@ from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.status import push_length, push_status
 
 SEGMENT = 125  # samples: the four speeds of the data take 2, 3, 6 and 12 segments
-BLOCK_PER_DEVICE = 1024  # pushes; large enough to vectorise, small enough for the cache
+BLOCK_PER_DEVICE = 1000  # pushes; large enough to vectorise, small enough for the cache
 
 _AXIS = "pushes"
 
@@ -49,7 +49,17 @@ def _programs(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any], int
         check_vma=False,
     )
     sharding = NamedSharding(mesh, split)
-    return jax.jit(start, out_shardings=sharding), jax.jit(run, donate_argnums=2), mesh.devices.size, sharding
+    return (
+        jax.jit(start, out_shardings=sharding),
+        jax.jit(run, donate_argnums=2),
+        mesh.devices.size,
+        sharding,
+    )
+
+
+def _rounded(pushes: int) -> int:
+    """Pushes a device, rounded up so that batches of nearly one size share a compiled program."""
+    return -(-pushes // 50) * 50 if pushes > 50 else 1 << (pushes - 1).bit_length()
 
 
 def _take(tree: Any, index: np.ndarray) -> Any:
@@ -103,9 +113,8 @@ def simulate(
     )
     rate = scene.settings.rate
     planned = np.ceil(np.round(np.asarray(motion.duration) * rate, 3)).astype(int)
-    block = BLOCK_PER_DEVICE * _programs(scene)[2]
-    while block // 2 >= n and block > _programs(scene)[2]:
-        block //= 2
+    devices = _programs(scene)[2]
+    block = devices * _rounded(min(BLOCK_PER_DEVICE, -(-n // devices)))
     longest = int(planned.max())
     signals: Sample | None = None
     order = np.argsort(planned, kind="stable")

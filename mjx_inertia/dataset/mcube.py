@@ -1,0 +1,164 @@
+"""One measured push as the record that a simulated push gives too.
+
+In: a measurement file (Yu et al. 2016) and the outlines of objects. Out: `PushRecord`, cut to the
+push and synchronised, with what is wrong in its signals as status.
+
+The force is minus the reaction on the pusher and keeps its first sample: recordings start with
+the tip touching, often pre-loaded. Its moment is taken from the contact point, the point of the
+outline that is closest to the tip's centre.
+"""
+
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.dataset.mcube_file import McubeSignals, read_bytes, read_signals
+from mjx_inertia.dataset.mcube_name import McubeFileError, parse_name
+from mjx_inertia.dataset.mcube_resample import interpolated, interval_means, velocities
+from mjx_inertia.dataset.mcube_status import McubeSamples, push_status
+from mjx_inertia.objects import ObjectModel, OutlineContact, closest_on_outline, load_mcube_objects
+from mjx_inertia.pushing import PushRecord
+
+LEAD_IN = 0.1  # s kept before the tip moves: what pre-loads it
+MOTION_STARTS = 2e-4  # m from its first position: the tip moves; at rest it is steady to 0.01 mm
+TOUCHING = 2e-3  # m of gap within which tracking cannot tell that the tip does not touch
+TIP_RADIUS = 0.00475  # m, of the published measurements
+_FEWEST_SAMPLES = 5
+_LONGEST = 600.0  # s; the slowest published push takes 5 s: a wrong time stamp, not a push
+
+
+def load_mcube(
+    path: str | Path,
+    objects: dict[str, ObjectModel] | None = None,
+    rate: float = 100.0,
+    tip_radius: float = TIP_RADIUS,
+) -> PushRecord:
+    """Reads one push from an HDF5 or JSON file, which may lie in a zip archive on the path.
+
+    The record runs from at most 0.1 s before the tip moves until it has come to rest, on times
+    that all three streams cover. At each time stand the force averaged over the sampling interval
+    that ends there, pose and tip interpolated, and velocities by a cubic through the stamps
+    within 30 ms. First contact is the first sample at which the tip is within 2 mm of touching.
+
+    Args:
+      path: of the file; its name tells the object.
+      objects: outlines by name; the published objects if None.
+      rate: samples a second, Hz.
+      tip_radius: of the cylindrical tip, m.
+
+    Returns:
+      The record in float32, with the status of the first check that it fails.
+
+    Raises:
+      McubeFileError: the file is not a push, with its path, the key, what was expected and found.
+      FileNotFoundError: there is no such file.
+      ValueError: a rate or radius that is not positive.
+    """
+    objects = load_mcube_objects() if objects is None else objects
+    return record_from_bytes(read_bytes(path), str(path), objects, rate, tip_radius)
+
+
+def record_from_bytes(
+    content: bytes,
+    file: str,
+    objects: dict[str, ObjectModel],
+    rate: float,
+    tip_radius: float,
+) -> PushRecord:
+    """As `load_mcube`, from the content of a file of the given name."""
+    for name, value in (("rate", rate), ("tip_radius", tip_radius)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name}: {value} is not positive")
+    shape = parse_name(file).shape
+    if shape not in objects:
+        raise McubeFileError(
+            file,
+            "object",
+            f"one of {sorted(objects)}",
+            f"{shape!r}; pass `objects` with its outline, mass and I_zz "
+            "(mjx_inertia.objects.load_mcube_objects reads a table of your own)",
+        )
+    signals = read_signals(content, file)
+    interval = 1.0 / rate
+    time = _push_times(signals, interval, file)
+    pose = interpolated(signals.pose, time)
+    tip = interpolated(signals.tip, time)
+    force = interval_means(signals.force, time, interval)
+    contact = contact_in_world(objects[shape], pose, tip)
+    gap = contact.distance - tip_radius
+    touching = np.flatnonzero(gap <= TOUCHING)
+    first = int(touching[0]) if len(touching) else int(np.argmin(gap))
+    arm = contact.point - pose[:, :2]
+    tip_velocity = velocities(signals.tip, time)
+    samples = McubeSamples(time, pose, tip_velocity, force, gap)
+    status = push_status(objects[shape].outline, signals, samples)
+
+    def single(values: Float[ndarray, "..."]) -> jnp.ndarray:
+        return jnp.asarray(values, dtype=jnp.float32)
+
+    return PushRecord(
+        time=single(time - time[0] + interval),
+        force=single(force),
+        moment=single(arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]),
+        pose=single(pose),
+        twist=single(velocities(signals.pose, time)),
+        tip_position=single(tip),
+        tip_velocity=single(tip_velocity),
+        contact_point=single(contact.point[first]),
+        contact_normal=single(contact.normal[first]),
+        length=jnp.asarray(len(time), dtype=jnp.int32),
+        status=jnp.asarray(int(status), dtype=jnp.int32),
+    )
+
+
+def contact_in_world(
+    model: ObjectModel, pose: Float[ndarray, "t 3"], tip: Float[ndarray, "t 2"]
+) -> OutlineContact:
+    """Closest outline point to the tip's centre at each time, with point and normal in the world.
+
+    `distance` is from the outline to the tip's centre, m.
+    """
+    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    R_world_obj = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], axis=-2)
+    tip_obj = np.einsum("tji,tj->ti", R_world_obj, tip - pose[:, :2])
+    contact = closest_on_outline(model.outline, tip_obj)
+    return OutlineContact(
+        point=np.einsum("tij,tj->ti", R_world_obj, contact.point) + pose[:, :2],
+        distance=contact.distance,
+        normal=np.einsum("tij,tj->ti", R_world_obj, contact.normal),
+        edge=contact.edge,
+    )
+
+
+def _push_times(signals: McubeSignals, interval: float, file: str) -> Float[ndarray, " t"]:
+    """Sampling times from just before the tip moves until it rests, within all streams.
+
+    A tip that never moves gives the whole recording.
+    """
+    streams = (signals.pose, signals.tip, signals.force)
+    begin = max(stream.time[0] for stream in streams) + interval
+    end = min(stream.time[-1] for stream in streams)
+    travel = np.linalg.norm(signals.tip.value - signals.tip.value[0], axis=1)
+    moving = travel > MOTION_STARTS
+    # Three stamps in a row, so that one wrong position does not start the push.
+    starts = np.flatnonzero(moving[:-2] & moving[1:-1] & moving[2:])
+    if len(starts):
+        arrived = np.flatnonzero(travel >= travel.max() - MOTION_STARTS)[0]
+        begin = max(begin, signals.tip.time[starts[0]] - LEAD_IN)
+        end = min(end, signals.tip.time[arrived])
+    count = int(np.floor((end - begin) / interval + 1e-6)) + 1
+    if end - begin > _LONGEST:
+        raise McubeFileError(
+            file, "time stamps", f"a push of at most {_LONGEST:g} s", f"{end - begin:g} s"
+        )
+    if count < _FEWEST_SAMPLES:
+        raise McubeFileError(
+            file,
+            "time stamps",
+            f"a push of {_FEWEST_SAMPLES} samples or more that all three streams cover",
+            f"{max(end - begin, 0.0):.3f} s at {1.0 / interval:g} Hz",
+        )
+    return begin + interval * np.arange(count)

@@ -1,0 +1,179 @@
+"""The three signals in one measurement file, cleaned but not yet synchronised.
+
+In: the bytes of an HDF5 or JSON file with the keys `object_pose`, `tip_pose` and `ft_wrench`, each
+(N, 4) with absolute time in s in the first column. Out: `McubeSignals`.
+"""
+
+import dataclasses
+import io
+import json
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import h5py
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.dataset.mcube_name import McubeFileError
+
+_KEYS = ("object_pose", "tip_pose", "ft_wrench")
+_COLUMNS = {
+    "object_pose": "t, x, y, yaw",
+    "tip_pose": "t, x, y, yaw",
+    "ft_wrench": "t, fx, fy, tau_z",
+}
+_FEWEST_STAMPS = 10
+_LARGEST = 1e12
+UNREADABLE = (zipfile.BadZipFile, zlib.error, OSError, RuntimeError)  # of damaged archives
+
+
+@dataclasses.dataclass(frozen=True)
+class Signal:
+    """One stream: time in s from the file's common zero, strictly increasing, and its values."""
+
+    time: Float[ndarray, " n"]
+    value: Float[ndarray, "n d"]
+
+
+@dataclasses.dataclass(frozen=True)
+class McubeSignals:
+    """The streams of one push, each with its own time stamps.
+
+    Attributes:
+      pose: x, y (m) and yaw (rad, unwrapped) of the object.
+      tip: x, y of the tip's centre, m.
+      force: on the object, N: minus the reaction on the pusher that the file holds.
+    """
+
+    pose: Signal
+    tip: Signal
+    force: Signal
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Content of a file, or of a member of a zip archive: `folder/archive.zip/member.h5`.
+
+    Raises:
+      FileNotFoundError: there is neither.
+      McubeFileError: the archive cannot be read.
+    """
+    path = Path(path)
+    if path.is_file():
+        return path.read_bytes()
+    for archive in path.parents:
+        if archive.suffix.lower() == ".zip" and archive.is_file():
+            member = path.relative_to(archive).as_posix()
+            try:
+                with zipfile.ZipFile(archive) as opened:
+                    return opened.read(member)
+            except KeyError:
+                raise FileNotFoundError(f"{archive} has no member {member}") from None
+            except UNREADABLE as error:
+                raise McubeFileError(str(path), "archive", "a zip archive", str(error)) from None
+    raise FileNotFoundError(f"no measurement file {path}")
+
+
+def read_signals(content: bytes, file: str) -> McubeSignals:
+    """Parses the content of `file`; the name's ending tells HDF5 from JSON.
+
+    Time stamps are sorted, repeated ones dropped (the first stays), bursts of delayed samples
+    spread over the gap before them, and yaw is unwrapped. Absolute
+    time is removed in float64: it counts seconds since 1970.
+
+    Raises:
+      McubeFileError: not such a file, or a key missing, misshapen, too short or not finite.
+    """
+    tables = _json_tables if file.lower().endswith(".json") else _hdf5_tables
+    streams = {
+        key: _cleaned(_checked(table, key, file)) for key, table in tables(content, file).items()
+    }
+    zero = max(stream.time[0] for stream in streams.values())
+    streams = {key: Signal(stream.time - zero, stream.value) for key, stream in streams.items()}
+    pose, tip, wrench = (streams[key] for key in _KEYS)
+    yaw = np.unwrap(pose.value[:, 2])
+    return McubeSignals(
+        pose=Signal(pose.time, np.column_stack([pose.value[:, :2], yaw])),
+        tip=Signal(tip.time, tip.value[:, :2]),
+        # tau_z is about the sensor, not the object: the moment comes from the contact point.
+        force=Signal(wrench.time, -wrench.value[:, :2]),
+    )
+
+
+def _hdf5_tables(content: bytes, file: str) -> dict[str, object]:
+    if not content:
+        raise McubeFileError(file, "file", "HDF5", "an empty file")
+    try:
+        with h5py.File(io.BytesIO(content), "r") as opened:
+            keys = sorted(opened)
+            tables = {key: np.asarray(opened[key]) for key in _KEYS if key in keys}
+    except Exception as error:  # the library raises nearly any type for a damaged file
+        raise McubeFileError(file, "file", "readable HDF5", str(error)) from None
+    return _all_keys(tables, keys, file)
+
+
+def _json_tables(content: bytes, file: str) -> dict[str, object]:
+    try:
+        tables = json.loads(content)
+    except ValueError as error:  # of JSON or of its encoding
+        found = str(error) if content else "an empty file"
+        raise McubeFileError(file, "file", "JSON", found) from None
+    if not isinstance(tables, dict):
+        raise McubeFileError(file, "file", "a JSON object", type(tables).__name__)
+    return _all_keys(tables, sorted(tables), file)
+
+
+def _all_keys(tables: Mapping[str, object], found: list[str], file: str) -> dict[str, object]:
+    for key in _KEYS:
+        if key not in tables:
+            raise McubeFileError(file, key, "a table of that name", f"only {found}")
+    return {key: tables[key] for key in _KEYS}
+
+
+def _checked(table: object, key: str, file: str) -> Float[ndarray, "n 4"]:
+    expected = f"numbers of shape (N, 4): {_COLUMNS[key]}"
+    try:
+        numbers = np.array(table, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise McubeFileError(file, key, expected, "something else than numbers") from None
+    if numbers.ndim != 2 or numbers.shape[1] != 4:
+        raise McubeFileError(file, key, expected, f"shape {numbers.shape}")
+    stamps = len(np.unique(numbers[:, 0]))
+    if stamps < _FEWEST_STAMPS:
+        raise McubeFileError(file, key, f"{_FEWEST_STAMPS} time stamps or more", f"{stamps}")
+    # NaN fails the comparison. Absolute time is 1.5e9 s; a larger number is a damaged one.
+    bad = np.argwhere(~(np.abs(numbers) < _LARGEST))
+    if len(bad):
+        row, column = bad[0]
+        found = (
+            f"{len(bad)} that are not, first {numbers[row, column]} in row {row} column {column}"
+        )
+        raise McubeFileError(file, key, f"finite numbers below {_LARGEST:g}", found)
+    return numbers
+
+
+def _cleaned(table: Float[ndarray, "n 4"]) -> Signal:
+    time, first = np.unique(table[:, 0], return_index=True)  # sorted; of equals the first
+    return Signal(_undelayed(time - time[0]) + time[0], table[first, 1:])
+
+
+def _undelayed(time: Float[ndarray, " n"]) -> Float[ndarray, " n"]:
+    """Moves back the stamps of samples that were held up and then came in a burst.
+
+    Samples are taken at a steady rate and stamped when they arrive, so none was taken later than
+    the stamp of a later one minus the samples between. Stamps within two spacings of that bound
+    are left alone: their jitter is not told from the motion.
+    """
+    gaps = np.diff(time)
+    spacing = float(min(np.median(gaps), gaps.mean()))  # of a rattling clock the mean is less
+    # Slightly short, so that the bound fades out over some forty samples if the rate drifts.
+    bound = _no_later(time, 0.95 * spacing)
+    return _no_later(np.where(time - bound > 2.0 * spacing, bound, time), 0.01 * spacing)
+
+
+def _no_later(time: Float[ndarray, " n"], step: float) -> Float[ndarray, " n"]:
+    """The latest times, none after its stamp, that keep at least `step` between successive ones."""
+    place = step * np.arange(len(time))
+    return np.minimum.accumulate((time - place)[::-1])[::-1] + place

@@ -1,0 +1,213 @@
+"""A folder of measured pushes as one batch, with a list of the files that are not pushes.
+
+In: a tree of HDF5 and JSON files and of zip archives of them, as they are published. Out:
+`McubeFolder`.
+"""
+
+import dataclasses
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+from tqdm import tqdm
+
+from mjx_inertia.dataset.batch import PushBatch, PushConditions, PushTruth
+from mjx_inertia.dataset.mcube import TIP_RADIUS, record_from_bytes
+from mjx_inertia.dataset.mcube_file import UNREADABLE
+from mjx_inertia.dataset.mcube_name import McubeFileError, parse_name
+from mjx_inertia.dataset.mcube_truth import mcube_conditions, mcube_truth
+from mjx_inertia.objects import ObjectModel, load_mcube_objects
+from mjx_inertia.pushing import PushRecord
+
+_ENDINGS = (".h5", ".json")
+_SAMPLED = ("time", "force", "moment", "pose", "twist", "tip_position", "tip_velocity")
+
+
+@dataclasses.dataclass(frozen=True)
+class McubeFailure:
+    """A file that gave no push, and why."""
+
+    file: str
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True)
+class McubeFolder:
+    """All pushes of a folder.
+
+    Attributes:
+      batch: records padded to the longest, truth and conditions; pushes with defective signals
+        are in it, with their status.
+      files: path of each push, below the folder.
+      objects: object names; `batch.conditions.object_id` counts them.
+      failures: files that could not be read as a push.
+      duplicates: files left out because a push of the same name was read before.
+    """
+
+    batch: PushBatch
+    files: tuple[str, ...]
+    objects: tuple[str, ...]
+    failures: tuple[McubeFailure, ...]
+    duplicates: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Source:
+    """A file in the tree, or a member of an archive in it."""
+
+    path: Path
+    member: str | None = None
+
+    def name(self, root: Path) -> str:
+        path = self.path.relative_to(root)
+        return (path if self.member is None else path / self.member).as_posix()
+
+
+def load_mcube_folder(
+    root: str | Path,
+    objects: dict[str, ObjectModel] | None = None,
+    rate: float = 100.0,
+    tip_radius: float = TIP_RADIUS,
+    progress: bool = True,
+) -> McubeFolder:
+    """Reads every push below a folder, in the order of the paths.
+
+    Args:
+      root: the folder that holds `mcube_raw`, or any folder of measurement files.
+      objects: outlines and truth by name; the published objects if None.
+      rate: samples a second, Hz.
+      tip_radius: m.
+      progress: show a bar on stderr.
+
+    Raises:
+      FileNotFoundError: no such folder, or no measurement file below it.
+      ValueError: not one file could be read; the first reason is given.
+    """
+    root = Path(root)
+    if not root.is_dir():
+        raise FileNotFoundError(f"no folder {root}")
+    root = root / "mcube_raw" if (root / "mcube_raw").is_dir() else root
+    objects = load_mcube_objects() if objects is None else objects
+    failures: list[McubeFailure] = []
+    sources = _sources(root, failures)
+    if not sources and not failures:
+        raise FileNotFoundError(f"no .h5, .json or .zip file below {root}")
+    files: list[str] = []
+    duplicates: list[str] = []
+    seen: set[str] = set()
+    records: list[PushRecord] = []
+    with tqdm(total=len(sources), desc="reading pushes", unit="file", disable=not progress) as bar:
+        for source, content in _contents(sources):
+            bar.update()
+            name = source.name(root)
+            push = PurePosixPath(name).stem
+            if push in seen:
+                duplicates.append(name)
+                continue
+            try:
+                if isinstance(content, Exception):
+                    raise McubeFileError(name, "file", "readable bytes", str(content))
+                records.append(record_from_bytes(content, name, objects, rate, tip_radius))
+            except McubeFileError as error:
+                failures.append(McubeFailure(name, error.reason))
+                continue
+            seen.add(push)
+            files.append(name)
+    if not records:
+        raise ValueError(
+            f"{root}: none of {len(failures)} files is a push; "
+            f"{failures[0].file}: {failures[0].reason}"
+        )
+    names, batch = _batch(records, files, objects)
+    return McubeFolder(batch, tuple(files), names, tuple(failures), tuple(duplicates))
+
+
+def stack_records(records: list[PushRecord]) -> PushRecord:
+    """Records of different lengths as one, each padded with its last sample to the longest."""
+    longest = max(len(record.time) for record in records)
+
+    def padded(leaf: Array) -> np.ndarray:
+        missing = longest - leaf.shape[0]
+        return np.pad(np.asarray(leaf), [(0, missing)] + [(0, 0)] * (leaf.ndim - 1), mode="edge")
+
+    long = [
+        dataclasses.replace(record, **{name: padded(getattr(record, name)) for name in _SAMPLED})
+        for record in records
+    ]
+    return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *long)
+
+
+def _batch(
+    records: list[PushRecord], files: list[str], objects: dict[str, ObjectModel]
+) -> tuple[tuple[str, ...], PushBatch]:
+    pushes = [parse_name(file) for file in files]
+    names = tuple(sorted({push.shape for push in pushes}))
+    truths: list[PushTruth] = []
+    conditions: list[PushConditions] = []
+    for record, push in zip(records, pushes, strict=True):
+        model = objects[push.shape]
+        truths.append(mcube_truth(record, model))
+        conditions.append(mcube_conditions(record, model, push, names.index(push.shape)))
+
+    def stacked(*leaves: Array) -> Array:
+        return jnp.asarray(np.stack(leaves))
+
+    return names, PushBatch(
+        records=stack_records(records),
+        truth=jax.tree.map(stacked, *truths),
+        conditions=jax.tree.map(stacked, *conditions),
+    )
+
+
+def _sources(root: Path, failures: list[McubeFailure]) -> list[_Source]:
+    sources: list[_Source] = []
+    for path in sorted(root.rglob("*")):
+        if path.name.startswith(".") or not path.is_file():
+            continue
+        if path.suffix.lower() in _ENDINGS:
+            sources.append(_Source(path))
+        elif path.suffix.lower() == ".zip":
+            try:
+                with zipfile.ZipFile(path) as archive:
+                    members = sorted(map(PurePosixPath, archive.namelist()))
+            except UNREADABLE as error:
+                reason = f"archive: expected a zip archive, found {error}"
+                failures.append(McubeFailure(path.relative_to(root).as_posix(), reason))
+                continue
+            sources.extend(
+                _Source(path, member.as_posix())
+                for member in members
+                if member.suffix.lower() in _ENDINGS and not member.name.startswith(".")
+            )
+    return sources
+
+
+def _contents(sources: list[_Source]) -> Iterator[tuple[_Source, bytes | Exception]]:
+    """Each source with its bytes, or with the error that reading it gave; archives open once."""
+    opened: dict[Path, zipfile.ZipFile] = {}
+    try:
+        for source in sources:
+            if source.path not in opened:  # sources come archive by archive
+                _close(opened)
+            try:
+                if source.member is None:
+                    content = source.path.read_bytes()
+                else:
+                    if source.path not in opened:
+                        opened[source.path] = zipfile.ZipFile(source.path)
+                    content = opened[source.path].read(source.member)
+            except UNREADABLE as error:
+                content = error
+            yield source, content
+    finally:
+        _close(opened)
+
+
+def _close(opened: dict[Path, zipfile.ZipFile]) -> None:
+    for archive in opened.values():
+        archive.close()
+    opened.clear()

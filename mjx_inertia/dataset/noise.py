@@ -1,0 +1,57 @@
+"""Sensor noise of thesis §3.6.1, applied when pushes are read, never to what is stored.
+
+In: noiseless records and a key. Out: the same records as a noisy sensor would give them.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from mjx_inertia.pushing import PushRecord
+
+
+def _noisy(key: PRNGKeyArray, record: PushRecord, spread: float) -> PushRecord:
+    """One push: every measured value is off by a normal error of sigma = spread/3 of it.
+
+    Positions are measured from where the push began: an error in proportion to the distance from
+    the world's origin would be none of a sensor's.
+    """
+    keys = iter(jax.random.split(key, 6))
+
+    def scale(x: Float[Array, "..."]) -> Float[Array, "..."]:
+        return x * (1 + spread / 3 * jax.random.normal(next(keys), x.shape, x.dtype))
+
+    def displace(x: Float[Array, "t d"]) -> Float[Array, "t d"]:
+        return x[0] + scale(x - x[0])
+
+    return record.replace(
+        force=scale(record.force),
+        moment=scale(record.moment),
+        twist=scale(record.twist),
+        tip_velocity=scale(record.tip_velocity),
+        pose=displace(record.pose),
+        tip_position=displace(record.tip_position),
+    )
+
+
+@functools.partial(jax.jit, static_argnames="spread")
+def add_noise(
+    records: PushRecord, index: Int[Array, "n"], spread: float, *, key: PRNGKeyArray
+) -> PushRecord:
+    """Adds sensor noise to many pushes.
+
+    Args:
+      records: noiseless, leading axis n.
+      index: number of each push in its dataset: its noise depends on this and the key alone.
+      spread: three standard deviations over the value (0.05: the ±5 % of the thesis).
+      key: of the noise.
+
+    Returns:
+      The noisy records.
+    """
+    keys = jax.vmap(functools.partial(jax.random.fold_in, key))(index)
+    return jax.vmap(functools.partial(_noisy, spread=spread))(
+        keys, jax.tree.map(jnp.asarray, records)
+    )

@@ -1,0 +1,252 @@
+"""Which pushes to simulate: the protocols of the thesis, every range a setting.
+
+In: `CubesProtocol` (the 48,000 pushes of §3.6.1, whole or thinned) or `Cubes30Protocol` (the 30
+cubes of §3.3.2). Out: a `PushPlan`: parameters, motions, truth and conditions of every push.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+from flax import struct
+from jaxtyping import Array, Float
+
+from mjx_inertia.dataset.batch import PushConditions, PushTruth
+from mjx_inertia.pushing import PushParameters, StraightMotion
+
+# Torsional over sliding friction of a uniformly loaded square of edge 1 (errata 5).
+SQUARE_FRICTION_RADIUS = 0.38259786
+# The tip starts a hair's breadth off the face, so that rounding does not decide in which step it
+# touches.
+CLEARANCE = 1e-5  # m
+
+
+@struct.dataclass
+class PushPlan:
+    """Everything that decides a set of pushes, with one leading axis, ordered by duration."""
+
+    parameters: PushParameters
+    motion: StraightMotion
+    contact_point: Float[Array, "n 2"]
+    contact_normal: Float[Array, "n 2"]
+    truth: PushTruth
+    conditions: PushConditions
+
+    def __len__(self) -> int:
+        """Number of pushes."""
+        return len(self.truth.mass)
+
+
+@dataclass(frozen=True)
+class Range:
+    """`count` evenly spaced values from `low` to `high`."""
+
+    low: float
+    high: float
+    count: int
+
+    def values(self) -> Float[np.ndarray, "count"]:
+        """The values."""
+        return np.linspace(self.low, self.high, self.count)
+
+
+@dataclass(frozen=True)
+class CubesProtocol:
+    """Cubes of every mass, friction and size, pushed between every pair of points (errata 1).
+
+    Attributes:
+      mass: kg.
+      friction: between cube and table.
+      edge: m.
+      points: along the pushed edge, evenly spaced inside it, both start and end of a push.
+      speeds: m/s.
+      length: of the tip's path, m.
+      pushes_per_cube: how many of the combinations of points and speed each cube gets (all of
+        them if None), drawn so that speeds are shared out evenly.
+      tip_friction: drawn per push from this interval.
+      tip_time_constant: of the contact, s, drawn per push from this interval.
+      tip_radius: m.
+    """
+
+    mass: Range = Range(0.5, 5.0, 20)
+    friction: Range = Range(0.2, 0.6, 6)
+    edge: Range = Range(0.1, 0.2, 4)
+    points: int = 5
+    speeds: tuple[float, ...] = (0.01, 0.02, 0.04, 0.06)
+    length: float = 0.15
+    pushes_per_cube: int | None = None
+    tip_friction: tuple[float, float] = (0.2, 0.5)
+    tip_time_constant: tuple[float, float] = (0.01, 0.04)
+    tip_radius: float = 0.005
+
+
+@dataclass(frozen=True)
+class Cubes30Protocol:
+    """The 30 cubes of Table 3.1, pushed at points spread over the edge after a run-up (§3.3.2).
+
+    Attributes:
+      pushes_per_cube: points, evenly spaced in [-a/2, a/2] without its ends.
+      speed: reached before contact, m/s.
+      acceleration: of the run-up, m/s².
+      approach: distance of the tip from the face at the start, m.
+      length: of the tip's path, m.
+      tip_friction: drawn per push from this interval.
+      tip_time_constant: s, drawn per push from this interval.
+      tip_radius: m.
+      cubes: (mass kg, edge m, friction) of each; None for Table 3.1.
+    """
+
+    pushes_per_cube: int = 10
+    speed: float = 0.25
+    acceleration: float = 0.2
+    approach: float = 0.2
+    length: float = 0.5
+    tip_friction: tuple[float, float] = (0.2, 0.5)
+    tip_time_constant: tuple[float, float] = (0.01, 0.04)
+    tip_radius: float = 0.005
+    cubes: tuple[tuple[float, float, float], ...] | None = None
+
+
+# Thesis Table 3.1: mass kg, edge m, friction. The inertia follows from mass and edge (errata 3).
+TABLE_3_1 = (
+    (0.147, 0.205, 0.46), (0.475, 0.236, 0.15), (0.81, 0.292, 0.57), (0.857, 0.268, 0.43),
+    (0.24, 0.252, 0.22), (0.478, 0.221, 0.31), (0.52, 0.197, 0.24), (0.66, 0.3, 0.44),
+    (0.62, 0.284, 0.37), (0.1, 0.189, 0.6), (0.336, 0.213, 0.26), (0.76, 0.173, 0.25),
+    (0.43, 0.26, 0.4), (0.71, 0.244, 0.39), (0.384, 0.276, 0.32), (1.0, 0.15, 0.58),
+    (0.952, 0.165, 0.42), (0.289, 0.181, 0.33), (0.194, 0.2289, 0.21), (0.9, 0.157, 0.2),
+    (1.278, 0.15, 0.28), (1.444, 0.267, 0.54), (1.056, 0.283, 0.52), (1.222, 0.167, 0.53),
+    (1.333, 0.2, 0.3), (1.167, 0.217, 0.35), (1.389, 0.233, 0.37), (1.5, 0.183, 0.49),
+    (1.0, 0.25, 0.5), (1.111, 0.3, 0.56),
+)  # fmt: skip
+
+
+def _cube_plan(
+    cube: np.ndarray,
+    mass: np.ndarray,
+    edge: np.ndarray,
+    friction: np.ndarray,
+    start: np.ndarray,
+    motion: StraightMotion,
+    contact: tuple[np.ndarray, np.ndarray],
+) -> PushPlan:
+    """A plan for cubes at the origin whose face x = -edge/2 is met at height `start` along y."""
+    n, half = len(mass), edge / 2
+    contact_point = np.stack([-half, start], 1)
+    com = np.stack([np.zeros(n), np.zeros(n), half], 1)
+    truth = PushTruth(mass=mass, inertia=mass * edge**2 / 6, com=com[:, :2] - contact_point)
+    return PushPlan(
+        parameters=PushParameters(
+            mass=mass,
+            inertia=np.tile(truth.inertia[:, None], (1, 3)),
+            com=com,
+            half_extents=np.tile(half[:, None], (1, 3)),
+            friction=friction,
+            friction_radius=SQUARE_FRICTION_RADIUS * edge,
+            tip_friction=contact[0],
+            tip_time_constant=contact[1],
+        ),
+        motion=motion,
+        contact_point=contact_point,
+        contact_normal=np.tile([1.0, 0.0], (n, 1)),
+        truth=truth,
+        conditions=PushConditions(
+            object_id=cube,
+            friction=friction,
+            size=edge,
+            speed=np.asarray(motion.speed),
+            contact_offset=start / half,
+            angle=np.arctan2(motion.direction[:, 1], motion.direction[:, 0]),
+        ),
+    )
+
+
+def _combinations(p: CubesProtocol, rng: np.random.Generator) -> np.ndarray:
+    """(n, 4) of cube, start point, end point, speed: all, or `pushes_per_cube` of each cube."""
+    cubes = p.mass.count * p.friction.count * p.edge.count
+    points, speeds = range(p.points), range(len(p.speeds))
+    if p.pushes_per_cube is None:
+        return np.array(list(itertools.product(range(cubes), points, points, speeds)))
+    rows = []
+    share, rest = divmod(p.pushes_per_cube, len(p.speeds))
+    if p.pushes_per_cube > p.points**2 * len(p.speeds):
+        raise ValueError(
+            f"pushes_per_cube={p.pushes_per_cube}: there are only "
+            f"{p.points**2 * len(p.speeds)} combinations of points and speed"
+        )
+    for cube in range(cubes):
+        for s in speeds:
+            count = share + ((s - cube * rest) % len(p.speeds) < rest)
+            for pair in rng.permutation(p.points**2)[:count]:
+                rows.append((cube, *divmod(int(pair), p.points), s))
+    return np.array(rows)
+
+
+def cubes_plan(p: CubesProtocol, seed: int) -> PushPlan:
+    """The pushes of §3.6.1: 48,000 as the thesis sets them, or a thinned set over the same ranges.
+
+    Args:
+      p: the protocol.
+      seed: of the drawn combinations and contact parameters.
+
+    Raises:
+      ValueError: for points so far apart that no path of this length joins them.
+    """
+    rng = np.random.default_rng(seed)
+    cube, first, last, speed = _combinations(p, rng).T
+    per_mass = p.friction.count * p.edge.count
+    mass = p.mass.values()[cube // per_mass]
+    friction = p.friction.values()[cube // p.edge.count % p.friction.count]
+    edge = p.edge.values()[cube % p.edge.count]
+    # inside the edge: an odd number of steps from one corner to the other
+    fraction = (np.arange(p.points) - (p.points - 1) / 2) * 2 / (p.points + 1)
+    start, end = fraction[first] * edge / 2, fraction[last] * edge / 2
+    if np.abs(end - start).max() >= p.length:
+        raise ValueError(
+            f"length={p.length}: points {np.abs(end - start).max():.3f} m apart need a longer path"
+        )
+    across = (end - start) / p.length
+    tip_x = -edge / 2 - p.tip_radius - CLEARANCE
+    v = np.asarray(p.speeds)[speed]
+    n = len(v)
+    motion = StraightMotion(
+        start=np.stack([tip_x, start], 1),
+        direction=np.stack([np.sqrt(1 - across**2), across], 1),
+        speed=v,
+        ramp=np.zeros(n),
+        duration=p.length / v,
+    )
+    contact = rng.uniform(*p.tip_friction, n), rng.uniform(*p.tip_time_constant, n)
+    plan = _cube_plan(cube, mass, edge, friction, start, motion, contact)
+    return _by_duration(plan)
+
+
+def cubes30_plan(p: Cubes30Protocol, seed: int) -> PushPlan:
+    """The pushes of §3.3.2 on the cubes of Table 3.1."""
+    rng = np.random.default_rng(seed)
+    table = np.asarray(p.cubes or TABLE_3_1)
+    cube = np.repeat(np.arange(len(table)), p.pushes_per_cube)
+    mass, edge, friction = table[cube].T
+    fraction = (np.arange(p.pushes_per_cube) + 0.5) / p.pushes_per_cube * 2 - 1
+    start = np.tile(fraction, len(table)) * edge / 2
+    n = len(mass)
+    ramp = p.speed / p.acceleration
+    duration = ramp + (p.length - 0.5 * p.speed * ramp) / p.speed
+    motion = StraightMotion(
+        start=np.stack([-edge / 2 - p.tip_radius - p.approach, start], 1),
+        direction=np.tile([1.0, 0.0], (n, 1)),
+        speed=np.full(n, p.speed),
+        ramp=np.full(n, ramp),
+        duration=np.full(n, duration),
+    )
+    contact = rng.uniform(*p.tip_friction, n), rng.uniform(*p.tip_time_constant, n)
+    return _cube_plan(cube, mass, edge, friction, start, motion, contact)
+
+
+def take(plan: PushPlan, index: np.ndarray) -> PushPlan:
+    """The pushes of `plan` at `index`."""
+    return jax.tree.map(lambda x: np.asarray(x)[index], plan)
+
+
+def _by_duration(plan: PushPlan) -> PushPlan:
+    return take(plan, np.argsort(plan.motion.duration, kind="stable"))

@@ -1,0 +1,108 @@
+"""Fitted estimators on disk, without pickle: arrays and a JSON description in one .npz.
+
+In: a fitted record of a known type. Out: the same record again, equal to the bit.
+"""
+
+import dataclasses
+import json
+import os
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from mjx_inertia.estimators.boosted import FittedBoosted
+from mjx_inertia.estimators.forest import FittedForest
+from mjx_inertia.estimators.mean import FittedMean
+from mjx_inertia.estimators.training import TargetScale
+from mjx_inertia.estimators.trees import TreeEnsemble
+
+# Records that may be stored, and the records that they hold.
+STORED_TYPES: dict[str, type] = {
+    kind.__name__: kind
+    for kind in (FittedMean, FittedForest, FittedBoosted, TargetScale, TreeEnsemble)
+}
+_FORMAT = "mjx_inertia fitted estimator"
+_VERSION = 1
+
+
+def save_fitted(path: str | Path, fitted: object) -> None:
+    """Writes `fitted` to `path`, which an interrupted write leaves as it was.
+
+    Raises:
+      ValueError: its type, or that of a field, is not in `STORED_TYPES`.
+    """
+    path = Path(path)
+    arrays: dict[str, np.ndarray] = {}
+    description = {"format": _FORMAT, "version": _VERSION, "fitted": _take_apart(fitted, arrays)}
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("wb") as file:
+            arrays["description"] = np.array(json.dumps(description))
+            np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def load_fitted(path: str | Path) -> object:
+    """Reads what `save_fitted` wrote.
+
+    Raises:
+      FileNotFoundError: there is no such file.
+      ValueError: the file is truncated, damaged, of another kind or of a newer version.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file; expected a fitted estimator (.npz)")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (zipfile.BadZipFile, ValueError, EOFError, OSError, AttributeError) as error:
+        raise ValueError(
+            f"{path}: expected a fitted estimator, found a file that is truncated, damaged or of "
+            f"another kind ({error})"
+        ) from error
+    try:
+        description = json.loads(str(arrays.pop("description")))
+        if (description["format"], description["version"]) != (_FORMAT, _VERSION):
+            raise ValueError(f"found {description['format']!r} version {description['version']}")
+        return _put_together(description["fitted"], arrays)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: expected {_FORMAT!r} version {_VERSION}: {error}") from error
+
+
+def _take_apart(record: object, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    """The JSON description of a record; its arrays go to `arrays` under names of their own."""
+    kind = type(record).__name__
+    if not dataclasses.is_dataclass(record) or STORED_TYPES.get(kind) is not type(record):
+        raise ValueError(
+            f"save_fitted: a {kind} is not among {sorted(STORED_TYPES)}; add it to STORED_TYPES"
+        )
+    fields: dict[str, Any] = {}
+    for field in dataclasses.fields(record):
+        value = getattr(record, field.name)
+        if dataclasses.is_dataclass(value):
+            fields[field.name] = _take_apart(value, arrays)
+        elif field.metadata.get("pytree_node", True):
+            name = f"array_{len(arrays)}"
+            arrays[name] = np.asarray(value)
+            fields[field.name] = {"array": name}
+        else:
+            fields[field.name] = {"value": value}
+    return {"type": kind, "fields": fields}
+
+
+def _put_together(described: dict[str, Any], arrays: dict[str, np.ndarray]) -> object:
+    fields = {}
+    for name, field in described["fields"].items():
+        if "type" in field:
+            fields[name] = _put_together(field, arrays)
+        elif "array" in field:
+            fields[name] = jnp.asarray(arrays[field["array"]])
+        else:
+            value = field["value"]
+            fields[name] = tuple(value) if isinstance(value, list) else value
+    return STORED_TYPES[described["type"]](**fields)

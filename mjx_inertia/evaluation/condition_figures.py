@@ -1,0 +1,226 @@
+"""Figures of where errors come from: friction, mass, object, contact point, size.
+
+In: `Evaluation`. Out: `matplotlib.figure.Figure`. Thesis Figs 3.5, 3.6, 3.7 and 3.14.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from mjx_inertia.estimators import TARGETS
+from mjx_inertia.evaluation.appearance import (
+    BLUE,
+    GREY,
+    ORANGE,
+    RED,
+    TARGET_AXES,
+    grid_of_axes,
+    note,
+    styled,
+)
+from mjx_inertia.evaluation.breakdown import (
+    CONDITION_LABELS,
+    Level,
+    breakdown,
+    condition_levels,
+    condition_values,
+)
+from mjx_inertia.evaluation.errors import target_errors
+from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.tables import format_number
+
+_COLOR_LIMIT_QUANTILE = 0.95  # a few huge errors must not bleach the rest
+
+
+@dataclass(frozen=True)
+class VariationGroup:
+    """Relative errors (Eq. 3.5) of the cubes in which one property was varied.
+
+    Attributes:
+      name: what was varied, such as "size ±30 %".
+      mass_error_percent: one value a cube.
+      inertia_error_percent: one value a cube.
+    """
+
+    name: str
+    mass_error_percent: Float[np.ndarray, "n"]
+    inertia_error_percent: Float[np.ndarray, "n"]
+
+
+@styled()
+def errors_by_condition(
+    evaluation: Evaluation, condition: str, baseline: Evaluation | None = None
+) -> Figure:
+    """Signed mean (bars), its standard deviation (lines) and mean absolute error (dots) by level.
+
+    Thesis Fig. 3.14, with the absolute error beside the signed mean, in which errors cancel.
+    """
+    figure, grid = grid_of_axes(1, len(TARGETS), 2.75)
+    for axes, target in zip(grid[0], TARGETS, strict=True):
+        rows = breakdown(evaluation, condition, target)
+        place = np.arange(len(rows))
+        mean = np.array([row.signed_mean_percent for row in rows])
+        std = np.array([row.signed_std_percent for row in rows])
+        axes.axhline(0, color=GREY, linewidth=0.8)
+        axes.grid(True, axis="y")
+        axes.bar(place, mean, 0.62, color=BLUE, alpha=0.55)
+        axes.errorbar(place, mean, std, fmt="none", ecolor=BLUE, elinewidth=1.2, capsize=2.5)
+        axes.plot(place, [row.abs_mean_percent for row in rows], "o", color=RED, markersize=5)
+        _set_levels(axes, [row.label for row in rows])
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.18 * (high - low))  # room for the note
+        axes.set_title(f"{TARGET_AXES[target].symbol}, %")
+        axes.set_xlabel(CONDITION_LABELS[condition])
+        if baseline is not None:
+            constant = np.abs(target_errors(baseline, target).signed_percent)
+            note(axes, f"baseline {format_number(_mean(constant))} %")
+    grid[0, 0].set_ylabel("percent difference (Eq. 3.12)")
+    _legend(figure)
+    return figure
+
+
+@styled()
+def error_images(evaluation: Evaluation, *, max_objects: int = 16) -> Figure:
+    """Relative error of mass and I_zz by object (rows, by rising mass) and contact point (columns).
+
+    Thesis Fig. 3.5. Where there are more objects than fit, evenly spread ones of them are shown.
+    """
+    objects, levels = _objects_by_mass(evaluation), _contact_levels(evaluation)
+    shown = objects[np.unique(np.linspace(0, len(objects) - 1, max_objects).round().astype(int))]
+    rows_of = np.asarray(evaluation.conditions.object_id)
+    height = 1.15 + 0.22 * len(shown)
+    figure, grid = grid_of_axes(1, 2, height)
+    for axes, target in zip(grid[0], ("mass", "inertia"), strict=True):
+        percent = target_errors(evaluation, target).relative_percent
+        image = np.array(
+            [[_mean(percent[(rows_of == o) & level.rows]) for level in levels] for o in shown]
+        )
+        known = image[np.isfinite(image)]
+        top = float(np.quantile(known, _COLOR_LIMIT_QUANTILE)) if known.size else 1.0
+        axes.set_facecolor("#F1F2F4")
+        drawn = axes.imshow(image, cmap="cividis", vmin=0, vmax=top or 1.0, aspect="auto")
+        bar = figure.colorbar(drawn, ax=axes, extend="max", pad=0.02)
+        bar.set_label("|error|, % of the truth")
+        bar.outline.set_visible(False)
+        axes.spines[:].set_visible(False)
+        axes.tick_params(length=0)
+        _set_levels(axes, [level.label for level in levels])
+        axes.set_yticks(np.arange(len(shown)), [_object_label(evaluation, int(o)) for o in shown])
+        axes.set_xlabel(CONDITION_LABELS["contact_offset"])
+        axes.set_title(f"{TARGET_AXES[target].symbol}: {len(shown)} of {len(objects)} objects")
+    grid[0, 0].set_ylabel("object (true mass)")
+    return figure
+
+
+@styled()
+def error_averages(evaluation: Evaluation) -> Figure:
+    """Mean relative error of mass and I_zz for each object and for each contact point.
+
+    Thesis Fig. 3.6: the averages of the rows and columns of the error images, over all objects.
+    """
+    objects, levels = _objects_by_mass(evaluation), _contact_levels(evaluation)
+    rows_of = np.asarray(evaluation.conditions.object_id)
+    figure, grid = grid_of_axes(1, 2, 2.9)
+    by_object, by_contact = grid[0]
+    few = len(objects) <= 40
+    for target, color in (("mass", BLUE), ("inertia", RED)):
+        percent = target_errors(evaluation, target).relative_percent
+        object_means = [_mean(percent[rows_of == o]) for o in objects]
+        contact_means = [_mean(percent[level.rows]) for level in levels]
+        place = np.arange(1, len(objects) + 1)
+        style = "o-" if few else "."
+        symbol = TARGET_AXES[target].symbol
+        options = {"color": color, "markersize": 4}
+        by_object.plot(place, object_means, style, alpha=0.8, label=symbol, **options)
+        by_contact.plot([v.value for v in levels], contact_means, "o-", **options)
+        if contact_means and np.isfinite(contact_means[-1]):
+            last = (levels[-1].value, contact_means[-1])
+            by_contact.annotate(
+                symbol, last, (6, 0), textcoords="offset points", color=color, va="center"
+            )
+    by_object.set_xlabel("object, by rising true mass")
+    by_object.set_ylabel("mean |error|, % of the truth")
+    by_object.set_title("Each object, over all its pushes")
+    by_object.legend(loc="upper right", ncols=2, handletextpad=0.3)
+    by_contact.set_xlabel(CONDITION_LABELS["contact_offset"])
+    by_contact.set_title("Each contact point, over all objects")
+    by_contact.margins(x=0.12)
+    for axes in grid[0]:
+        axes.grid(True, axis="y")
+        axes.set_ylim(bottom=0)
+    low, high = by_object.get_ylim()
+    by_object.set_ylim(low, 1.12 * high)
+    return figure
+
+
+@styled()
+def variation_boxes(groups: Sequence[VariationGroup]) -> Figure:
+    """Box plots of mass and I_zz errors of cubes varied around a nominal one. Thesis Fig. 3.7."""
+    figure, grid = grid_of_axes(1, 2, 3.0)
+    names = [group.name for group in groups]
+    for axes, target in zip(grid[0], ("mass", "inertia"), strict=True):
+        for place, group in enumerate(groups, start=1):
+            values = getattr(group, f"{target}_error_percent")
+            values = values[np.isfinite(values)]
+            axes.boxplot(
+                [values],
+                positions=[place],
+                widths=0.5,
+                showfliers=False,
+                patch_artist=True,
+                boxprops={"facecolor": "#D6E6F2", "edgecolor": BLUE},
+                medianprops={"color": RED, "linewidth": 2},
+                whiskerprops={"color": BLUE},
+                capprops={"color": BLUE},
+            )
+            spread = place + np.linspace(-0.12, 0.12, values.size)
+            axes.plot(spread, values, "o", color=ORANGE, markersize=4, alpha=0.9)
+        axes.set_xticks(np.arange(1, len(names) + 1), names)
+        axes.grid(True, axis="y")
+        axes.set_ylim(bottom=0)
+        axes.set_title(TARGET_AXES[target].symbol)
+        axes.set_xlabel("varied, others nominal")
+    grid[0, 0].set_ylabel("|error|, % of the truth")
+    return figure
+
+
+def _legend(figure: Figure) -> None:
+    handles = [
+        Patch(color=BLUE, alpha=0.55, label="signed mean"),
+        Line2D([], [], color=BLUE, linewidth=1.2, label="± standard deviation"),
+        Line2D([], [], color=RED, marker="o", markersize=5, linewidth=0, label="mean |error|"),
+    ]
+    figure.legend(handles=handles, loc="outside upper right", ncols=3, handletextpad=0.5)
+
+
+def _set_levels(axes: Axes, labels: Sequence[str]) -> None:
+    short = [label.replace(" to ", "–") for label in labels]
+    crowded = sum(len(label) for label in short) > 26
+    turn, anchor = (40, "right") if crowded else (0, "center")
+    axes.set_xticks(np.arange(len(short)), short, rotation=turn, ha=anchor)
+
+
+def _objects_by_mass(evaluation: Evaluation) -> np.ndarray:
+    ids, first = np.unique(np.asarray(evaluation.conditions.object_id), return_index=True)
+    return ids[np.argsort(np.asarray(evaluation.truth.mass)[first], kind="stable")]
+
+
+def _contact_levels(evaluation: Evaluation) -> tuple[Level, ...]:
+    return condition_levels(condition_values(evaluation, "contact_offset"))
+
+
+def _object_label(evaluation: Evaluation, object_id: int) -> str:
+    row = int(np.argmax(np.asarray(evaluation.conditions.object_id) == object_id))
+    name = (evaluation.object_labels or {}).get(object_id, f"no. {object_id}")
+    return f"{name} ({float(np.asarray(evaluation.truth.mass)[row]):.3g} kg)"
+
+
+def _mean(values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else np.nan

@@ -1,0 +1,134 @@
+"""One line per target: what an estimator achieves over a whole test split.
+
+In: `Evaluation`. Out: `TargetSummary` for each of `TARGETS`, in that order.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjx_inertia.estimators import TARGETS
+from mjx_inertia.evaluation.errors import target_errors
+from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.intervals import (
+    Calibration,
+    Interval,
+    bootstrap_mean,
+    calibrate,
+    z_scores,
+)
+
+
+@dataclass(frozen=True)
+class TargetSummary:
+    """Errors of one estimator for one target over one test split.
+
+    Attributes:
+      dataset: name of the dataset.
+      split: name of the split.
+      estimator: name of the estimator.
+      target: one of `TARGETS`.
+      pushes: test pushes in all: n + left_out + failed.
+      objects: different objects among them.
+      n: pushes that the percentages are taken over.
+      failed: pushes without an estimate.
+      left_out: pushes with an estimate but no meaningful percentage (CoM component under 1 mm).
+      signed_mean_percent: mean of Eq. 3.12, the metric of the thesis.
+      signed_std_percent: its standard deviation (divided by n).
+      abs_median_percent: median of its absolute value.
+      abs_percent: mean of its absolute value, with a 95 % interval.
+      abs_mm: mean absolute error in mm of a CoM component over n + left_out pushes, else None.
+      calibration: whether the claimed covariance holds.
+    """
+
+    dataset: str
+    split: str
+    estimator: str
+    target: str
+    pushes: int
+    objects: int
+    n: int
+    failed: int
+    left_out: int
+    signed_mean_percent: float
+    signed_std_percent: float
+    abs_median_percent: float
+    abs_percent: Interval
+    abs_mm: Interval | None
+    calibration: Calibration
+
+    @property
+    def abs_mean_percent(self) -> float:
+        """Mean absolute percent difference."""
+        return self.abs_percent.mean
+
+    @property
+    def headline(self) -> Interval:
+        """What is shown first: mm for the CoM, percent for mass and inertia."""
+        return self.abs_percent if self.abs_mm is None else self.abs_mm
+
+    @property
+    def headline_unit(self) -> str:
+        """Unit of `headline`."""
+        return "%" if self.abs_mm is None else "mm"
+
+
+def summarize(evaluation: Evaluation, *, seed: int = 0) -> tuple[TargetSummary, ...]:
+    """Summary of each of `TARGETS`; `seed` draws the bootstrap."""
+    groups = np.asarray(evaluation.conditions.object_id)
+    return tuple(_summarize_target(evaluation, target, groups, seed) for target in TARGETS)
+
+
+def summarize_all(evaluations: Iterable[Evaluation], *, seed: int = 0) -> tuple[TargetSummary, ...]:
+    """Summaries of several evaluations, one after the other."""
+    return tuple(row for evaluation in evaluations for row in summarize(evaluation, seed=seed))
+
+
+def leading_estimator(summaries: Sequence[TargetSummary], baseline: str) -> str:
+    """Name of the estimator with the smallest errors over all targets of one split.
+
+    Errors of different targets are compared by the geometric mean of their headline numbers.
+    The baseline leads only where there is nothing else.
+    """
+    names = dict.fromkeys(row.estimator for row in summaries)
+    candidates = [name for name in names if name != baseline] or list(names)
+
+    def score(name: str) -> float:
+        errors = [row.headline.mean for row in summaries if row.estimator == name]
+        logs = np.log(np.maximum(errors, 1e-12))
+        return float(np.mean(logs)) if np.isfinite(logs).all() else np.inf
+
+    return min(candidates, key=score)
+
+
+def _summarize_target(
+    evaluation: Evaluation, target: str, groups: np.ndarray, seed: int
+) -> TargetSummary:
+    errors = target_errors(evaluation, target)
+    signed = errors.signed_percent[errors.used]
+    absolute = np.abs(signed)
+    nothing = not signed.size
+    abs_mm = None
+    if errors.signed_mm is not None:
+        known = np.isfinite(errors.signed_mm)
+        abs_mm = bootstrap_mean(np.abs(errors.signed_mm[known]), groups[known], seed=seed)
+    answered = ~errors.failed
+    z = z_scores(errors.truth[answered], errors.estimate[answered], errors.sigma[answered])
+    return TargetSummary(
+        dataset=evaluation.dataset,
+        split=evaluation.split,
+        estimator=evaluation.estimator,
+        target=target,
+        pushes=evaluation.pushes,
+        objects=evaluation.objects,
+        n=int(errors.used.sum()),
+        failed=int(errors.failed.sum()),
+        left_out=int(errors.left_out.sum()),
+        signed_mean_percent=np.nan if nothing else float(signed.mean()),
+        signed_std_percent=np.nan if nothing else float(signed.std()),
+        abs_median_percent=np.nan if nothing else float(np.median(absolute)),
+        abs_percent=bootstrap_mean(absolute, groups[errors.used], seed=seed),
+        abs_mm=abs_mm,
+        calibration=calibrate(z),
+    )

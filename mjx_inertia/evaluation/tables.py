@@ -1,0 +1,115 @@
+"""Tables for a program (results.csv) and for a terminal.
+
+In: summaries. Out: text.
+"""
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mjx_inertia.estimators import TARGETS
+from mjx_inertia.evaluation.files import write_whole
+from mjx_inertia.evaluation.summary import TargetSummary
+
+RESULT_COLUMNS = (
+    "dataset",
+    "split",
+    "estimator",
+    "target",
+    "n",
+    "failed",
+    "signed_mean_percent",
+    "signed_std_percent",
+    "abs_mean_percent",
+    "abs_median_percent",
+)
+TARGET_NAMES = {"mass": "mass", "inertia": "I_zz", "com_x": "CoM x", "com_y": "CoM y"}
+
+
+def format_results(summaries: Sequence[TargetSummary]) -> str:
+    """The rows of results.csv; `n` counts the pushes that the percentages are taken over."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(RESULT_COLUMNS)
+    for row in summaries:
+        values = [getattr(row, column) for column in RESULT_COLUMNS]
+        writer.writerow([f"{v:.6g}" if isinstance(v, float) else v for v in values])
+    return stream.getvalue()
+
+
+def write_results(path: Path, summaries: Sequence[TargetSummary]) -> None:
+    """Writes results.csv whole or not at all."""
+    write_whole(path, format_results(summaries))
+
+
+def format_number(value: float) -> str:
+    """An error for people: 0.42, 4.8, 49.7, 150; a dash where there is none."""
+    if not np.isfinite(value):
+        return "–"
+    decimals = 2 if abs(value) < 1 else 1 if abs(value) < 100 else 0
+    return f"{value:.{decimals}f}"
+
+
+def split_groups(
+    summaries: Sequence[TargetSummary],
+) -> dict[tuple[str, str], tuple[TargetSummary, ...]]:
+    """Summaries by (dataset, split), in the order of their first appearance."""
+    keys = dict.fromkeys((row.dataset, row.split) for row in summaries)
+    return {key: tuple(row for row in summaries if (row.dataset, row.split) == key) for key in keys}
+
+
+def estimator_rows(
+    summaries: Sequence[TargetSummary], baseline: str
+) -> dict[str, dict[str, TargetSummary]]:
+    """Summaries of one split by estimator and target, the baseline first."""
+    names = sorted(dict.fromkeys(row.estimator for row in summaries), key=lambda n: n != baseline)
+    return {name: {row.target: row for row in summaries if row.estimator == name} for name in names}
+
+
+def best_estimators(summaries: Sequence[TargetSummary]) -> dict[str, str]:
+    """Estimator with the smallest headline error for each target of one split."""
+    best = {}
+    for target in TARGETS:
+        rows = [r for r in summaries if r.target == target and np.isfinite(r.headline.mean)]
+        if rows:
+            best[target] = min(rows, key=lambda row: row.headline.mean).estimator
+    return best
+
+
+def format_table(summaries: Sequence[TargetSummary], *, baseline: str = "mean") -> str:
+    """Mean absolute errors with 95 % intervals, estimators under their baseline; * marks the best.
+
+    Mass and I_zz are in percent (average percent difference), the CoM is in mm.
+    """
+    lines = []
+    for (dataset, split), group in split_groups(summaries).items():
+        first = group[0]
+        lines.append(f"{dataset}, split {split}: {first.pushes} pushes of {first.objects} objects")
+        table = [["", *(f"{TARGET_NAMES[t]} {_unit(group, t)}" for t in TARGETS), "failed"]]
+        best = best_estimators(group)
+        for name, rows in estimator_rows(group, baseline).items():
+            title = f"{name} (baseline)" if name == baseline else name
+            cells = [_text_cell(rows[t], best.get(t) == name) for t in TARGETS]
+            table.append([title, *cells, str(max(row.failed for row in rows.values()))])
+        widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
+        for line in table:
+            texts = [line[0].ljust(widths[0])]
+            texts += [cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)]
+            lines.append("  " + "  ".join(texts).rstrip())
+        lines.append("")
+    lines.append("mean |error| [95 % interval]; * best; % of the mean of truth and estimate")
+    return "\n".join(lines)
+
+
+def _unit(group: Sequence[TargetSummary], target: str) -> str:
+    return next(row.headline_unit for row in group if row.target == target)
+
+
+def _text_cell(row: TargetSummary, best: bool) -> str:
+    mean, low, high = (
+        format_number(v) for v in (row.headline.mean, row.headline.low, row.headline.high)
+    )
+    return f"{mean}{'*' if best else ' '} [{low}, {high}]"

@@ -1,0 +1,24 @@
+"""How JAX runs: set once by a program that starts, never by an import.
+
+Every command line and experiment calls `configure` before its first JAX operation.
+"""
+
+import os
+from pathlib import Path
+
+import jax
+
+
+def configure(devices: int | None = None, *, float64: bool = False) -> None:
+    """Shares CPU work over host devices and keeps compiled programs on disk.
+
+    Args:
+      devices: host devices to split a CPU into (all cores if None); without effect on GPUs.
+      float64: compute in double precision: for identification and checks, not for data.
+    """
+    jax.config.update("jax_num_cpu_devices", devices or len(os.sched_getaffinity(0)))
+    jax.config.update("jax_enable_x64", float64)
+    if not jax.config.jax_compilation_cache_dir:
+        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        jax.config.update("jax_compilation_cache_dir", str(home / "mjx_inertia" / "xla"))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)

@@ -1,0 +1,145 @@
+"""Run configuration: Hydra's files and overrides become the frozen settings of the library.
+
+In: `configs/` and overrides. Out: `SweepSettings`. Defaults live in the settings classes, YAML
+holds overrides only, and no `DictConfig` passes beyond this module.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hydra import compose as hydra_compose
+from hydra import initialize_config_dir
+from hydra.core.config_store import ConfigStore
+from omegaconf import DictConfig, OmegaConf
+
+from mjx_inertia.dataset import (
+    Cubes30Protocol,
+    CubesProtocol,
+    GenerateSettings,
+    MeasuredSettings,
+    SimulatedSettings,
+)
+from mjx_inertia.estimators import ESTIMATORS
+from mjx_inertia.features import FeatureSettings
+from mjx_inertia.pushing import SceneSettings
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+_PROTOCOLS = {"cubes": CubesProtocol(), "cubes30": Cubes30Protocol()}
+
+
+@dataclass(frozen=True)
+class SweepSettings:
+    """One run of the main job.
+
+    Attributes:
+      dataset: which pushes.
+      estimators: settings of each estimator by name, in the order of the tables.
+      features: how features are taken.
+      seed: of everything random in the estimators.
+      progress: show bars.
+      devices: host devices of the CPU (None: one a core).
+    """
+
+    dataset: SimulatedSettings | MeasuredSettings
+    estimators: Mapping[str, Any]
+    features: FeatureSettings = field(default_factory=FeatureSettings)
+    seed: int = 0
+    progress: bool = True
+    devices: int | None = None
+
+
+def override(defaults: Any, changes: Mapping[str, Any], where: str = "") -> Any:
+    """A settings object with some fields replaced, nested ones included.
+
+    Raises:
+      ValueError: a field that there is none of, or a value that the settings refuse.
+    """
+    known = {f.name: getattr(defaults, f.name) for f in dataclasses.fields(defaults)}
+    unknown = sorted(set(changes) - set(known))
+    if unknown:
+        raise ValueError(f"{where or 'settings'}: no field {unknown[0]!r}; there are {[*known]}")
+    replaced = {}
+    for name, value in changes.items():
+        if dataclasses.is_dataclass(known[name]) and isinstance(value, Mapping):
+            replaced[name] = override(known[name], value, f"{where}.{name}".lstrip("."))
+        else:
+            replaced[name] = _frozen(value)
+    return dataclasses.replace(defaults, **replaced)
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value
+
+
+def register_defaults() -> None:
+    """Makes the library's defaults known to Hydra, so that each field can be overridden."""
+    store = ConfigStore.instance()
+    groups = {
+        "protocol": _PROTOCOLS,
+        "scene": {"default": SceneSettings()},
+        "features": {"default": FeatureSettings()},
+        "settings": {name: entry.settings() for name, entry in ESTIMATORS.items()},
+    }
+    for group, members in groups.items():
+        for name, settings in members.items():
+            store.store(group=f"defaults/{group}", name=name, node=dataclasses.asdict(settings))
+
+
+def _dataset(raw: dict[str, Any], seed: int) -> SimulatedSettings | MeasuredSettings:
+    if raw["kind"] == "measured":
+        if not raw["root"]:
+            raise ValueError(
+                "dataset.root is not set: give dataset.root=PATH of a folder in the layout of the "
+                "M-dataset, or set the environment variable MJX_INERTIA_DATA"
+            )
+        objects = Path(raw["objects"]) if raw["objects"] else None
+        return MeasuredSettings(raw["name"], Path(raw["root"]), objects, raw["rate"], raw["spread"])
+    generate = GenerateSettings(
+        path=Path(raw["path"]),
+        protocol=override(_PROTOCOLS[raw["kind"]], raw["protocol"], "dataset.protocol"),
+        scene=override(SceneSettings(), raw["scene"], "dataset.scene"),
+        seed=seed,
+        block=raw["block"],
+        shard=str(raw["shard"]),
+    )
+    return SimulatedSettings(
+        raw["name"], generate, tuple(raw["splits"]), raw["grouped_share"], raw["spread"]
+    )
+
+
+def from_config(config: DictConfig) -> SweepSettings:
+    """Settings of a composed configuration.
+
+    Raises:
+      ValueError: a value that makes no sense, with its name and what to do.
+    """
+    raw = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(raw, dict)
+    unknown = sorted(set(raw["estimator"]["names"]) - set(ESTIMATORS))
+    if unknown:
+        raise ValueError(f"estimator.names has {unknown[0]!r}; there are {sorted(ESTIMATORS)}")
+    estimators = {
+        name: override(
+            ESTIMATORS[name].settings(), raw["estimator"].get(name, {}), f"estimator.{name}"
+        )
+        for name in raw["estimator"]["names"]
+    }
+    return SweepSettings(
+        dataset=_dataset(raw["dataset"], raw["seed"]),
+        estimators=estimators,
+        features=override(FeatureSettings(), raw["features"], "features"),
+        seed=raw["seed"],
+        progress=raw["progress"],
+        devices=raw["devices"],
+    )
+
+
+def compose(overrides: Sequence[str]) -> tuple[SweepSettings, str]:
+    """Settings (and their YAML) of `configs/sweep.yaml` with overrides, for scripts and tests."""
+    register_defaults()
+    with initialize_config_dir(str(CONFIGS), version_base="1.3"):
+        config = hydra_compose("sweep", overrides=list(overrides))
+    return from_config(config), OmegaConf.to_yaml(config)
