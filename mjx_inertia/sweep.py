@@ -92,6 +92,12 @@ class SweepResult:
     shown: PushRecord
 
 
+def _some_of(records: PushRecord, count: int = 4) -> PushRecord:
+    usable = np.flatnonzero(np.asarray(records.status) == PushStatus.OK)
+    chosen = usable[np.linspace(0, len(usable) - 1, min(count, len(usable))).astype(int)]
+    return jax.tree.map(lambda x: np.asarray(x)[chosen], records)
+
+
 def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Examples], PushRecord]:
     """Features of all pushes in one pass, one table for each feature set in use."""
     sets = {getattr(s, "features", None) or "onset" for s in settings.estimators.values()}
@@ -101,9 +107,7 @@ def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Example
     with tqdm(total=total, unit="push", desc="features", disable=not settings.progress) as bar:
         for batch in source.batches():
             if shown is None:
-                first = np.flatnonzero(np.asarray(batch.records.status) == PushStatus.OK)
-                spread = first[np.linspace(0, len(first) - 1, min(4, len(first))).astype(int)]
-                shown = jax.tree.map(lambda x: np.asarray(x)[spread], batch.records)
+                shown = _some_of(batch.records)
             for name, rows in parts.items():
                 rows.append(examples(batch, name, settings.features))
             bar.update(len(batch.truth.mass))

@@ -5,9 +5,10 @@ In: records and what is known about them. Out: `PushBatch`. Only `fit` on the tr
 """
 
 from flax import struct
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
 from mjx_inertia.pushing import PushRecord
+from mjx_inertia.spatial import AnyArray
 
 
 @struct.dataclass
@@ -20,9 +21,9 @@ class PushTruth:
       com: CoM from the first contact point, m: x along the inward contact normal, y to its left.
     """
 
-    mass: Float[Array, "*n"]
-    inertia: Float[Array, "*n"]
-    com: Float[Array, "*n 2"]
+    mass: Float[AnyArray, "*n"]
+    inertia: Float[AnyArray, "*n"]
+    com: Float[AnyArray, "*n 2"]
 
 
 @struct.dataclass
@@ -38,12 +39,12 @@ class PushConditions:
       angle: of the tip's path from the inward normal, rad.
     """
 
-    object_id: Int[Array, "*n"]
-    friction: Float[Array, "*n"]
-    size: Float[Array, "*n"]
-    speed: Float[Array, "*n"]
-    contact_offset: Float[Array, "*n"]
-    angle: Float[Array, "*n"]
+    object_id: Int[AnyArray, "*n"]
+    friction: Float[AnyArray, "*n"]
+    size: Float[AnyArray, "*n"]
+    speed: Float[AnyArray, "*n"]
+    contact_offset: Float[AnyArray, "*n"]
+    angle: Float[AnyArray, "*n"]
 
 
 @struct.dataclass

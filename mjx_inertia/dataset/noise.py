@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjx_inertia.pushing import PushRecord
+from mjx_inertia.spatial import AnyArray
 
 
 def _noisy(key: PRNGKeyArray, record: PushRecord, spread: float) -> PushRecord:
@@ -20,10 +21,11 @@ def _noisy(key: PRNGKeyArray, record: PushRecord, spread: float) -> PushRecord:
     """
     keys = iter(jax.random.split(key, 6))
 
-    def scale(x: Float[Array, "..."]) -> Float[Array, "..."]:
-        return x * (1 + spread / 3 * jax.random.normal(next(keys), x.shape, x.dtype))
+    def scale(x: Float[AnyArray, "..."]) -> Float[Array, "..."]:
+        error = jax.random.normal(next(keys), x.shape, x.dtype)
+        return jnp.asarray(x) * (1 + spread / 3 * error)
 
-    def displace(x: Float[Array, "t d"]) -> Float[Array, "t d"]:
+    def displace(x: Float[AnyArray, "t d"]) -> Float[Array, "t d"]:
         return x[0] + scale(x - x[0])
 
     return record.replace(

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 from flax import struct
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from mjx_inertia.dataset.batch import PushConditions, PushTruth
 from mjx_inertia.pushing import PushParameters, StraightMotion
+from mjx_inertia.spatial import AnyArray
 
 # Torsional over sliding friction of a uniformly loaded square of edge 1 (errata 5).
 SQUARE_FRICTION_RADIUS = 0.38259786
@@ -28,8 +29,8 @@ class PushPlan:
 
     parameters: PushParameters
     motion: StraightMotion
-    contact_point: Float[Array, "n 2"]
-    contact_normal: Float[Array, "n 2"]
+    contact_point: Float[AnyArray, "n 2"]
+    contact_normal: Float[AnyArray, "n 2"]
     truth: PushTruth
     conditions: PushConditions
 

@@ -1,7 +1,8 @@
 """Boosted trees: XGBoost trains on log mass, log I_zz and the CoM; JAX predicts.
 
 In: `Examples`. Out: `FittedBoosted`, `Estimate`. Each target has trees of its own: trees
-with vector leaves (`multi_output_tree`) took three times as long and were less accurate.
+with vector leaves (`multi_output_tree`) took longer and were
+less accurate on mass and CoM (a little better on I_zz).
 """
 
 from dataclasses import dataclass

@@ -79,7 +79,7 @@ TARGET_AXES = {
 }
 
 
-def styled() -> Any:  # noqa: ANN401 (matplotlib names no type for it)
+def styled() -> Any:
     """Context, and decorator of figure functions, in which `STYLE` holds."""
     return mpl.rc_context(STYLE)
 

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.dataset import PushTruth
+from mjx_inertia.spatial import AnyArray
 
 
 @struct.dataclass
@@ -33,9 +33,7 @@ class Examples:
     columns: tuple[str, ...] = struct.field(pytree_node=False)
 
 
-def take(
-    examples: Examples, indices: Int[Array | np.ndarray, "m"] | Bool[Array | np.ndarray, "n"]
-) -> Examples:
+def take(examples: Examples, indices: Int[AnyArray, "m"] | Bool[AnyArray, "n"]) -> Examples:
     """Rows of `examples` by index or by mask."""
     rows = jnp.asarray(indices)
     return jax.tree.map(lambda leaf: jnp.asarray(leaf)[rows], examples)

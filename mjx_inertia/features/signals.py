@@ -13,6 +13,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.pushing import PushRecord, PushStatus
+from mjx_inertia.spatial import AnyArray
 
 SIGNALS = {
     "tracked": ("f_x", "f_y", "m", "u_x", "u_y", "w", "u_px", "u_py"),
@@ -67,11 +68,11 @@ class Signals:
     usable: Bool[Array, ""]
 
 
-def _cross(a: Float[Array, "*n 2"], b: Float[Array, "*n 2"]) -> Float[Array, "*n"]:
+def _cross(a: Float[AnyArray, "*n 2"], b: Float[AnyArray, "*n 2"]) -> Float[AnyArray, "*n"]:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _rotate(angle: Float[Array, "*n"], p: Float[Array, "2"]) -> Float[Array, "*n 2"]:
+def _rotate(angle: Float[AnyArray, "*n"], p: Float[AnyArray, "2"]) -> Float[Array, "*n 2"]:
     cos, sin = jnp.cos(angle), jnp.sin(angle)
     return jnp.stack([cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]], axis=-1)
 

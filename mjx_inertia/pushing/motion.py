@@ -8,6 +8,8 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
+from mjx_inertia.spatial import AnyArray
+
 
 @struct.dataclass
 class StraightMotion:
@@ -21,18 +23,18 @@ class StraightMotion:
       duration: after which the tip stands still, s.
     """
 
-    start: Float[Array, "*n 2"]
-    direction: Float[Array, "*n 2"]
-    speed: Float[Array, "*n"]
-    ramp: Float[Array, "*n"]
-    duration: Float[Array, "*n"]
+    start: Float[AnyArray, "*n 2"]
+    direction: Float[AnyArray, "*n 2"]
+    speed: Float[AnyArray, "*n"]
+    ramp: Float[AnyArray, "*n"]
+    duration: Float[AnyArray, "*n"]
 
     def velocity(self, time: Float[Array, ""], step: float) -> Float[Array, "2"]:
         """Mean velocity from `time` to `time + step`, m/s (the midpoint, exact on a ramp)."""
         middle = time + 0.5 * step
         share = jnp.where(self.ramp > 0, middle / jnp.where(self.ramp > 0, self.ramp, 1.0), 1.0)
         moving = middle < self.duration
-        return self.direction * (self.speed * jnp.minimum(share, 1.0) * moving)
+        return jnp.asarray(self.direction) * (self.speed * jnp.minimum(share, 1.0) * moving)
 
 
 @struct.dataclass
@@ -46,10 +48,10 @@ class SampledMotion:
       duration: s.
     """
 
-    start: Float[Array, "*n 2"]
-    offsets: Float[Array, "*n k 2"]
-    interval: Float[Array, "*n"]
-    duration: Float[Array, "*n"]
+    start: Float[AnyArray, "*n 2"]
+    offsets: Float[AnyArray, "*n k 2"]
+    interval: Float[AnyArray, "*n"]
+    duration: Float[AnyArray, "*n"]
 
     def velocity(self, time: Float[Array, ""], step: float) -> Float[Array, "2"]:
         """Mean velocity from `time` to `time + step`, m/s."""

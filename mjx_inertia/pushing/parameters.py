@@ -14,6 +14,7 @@ from mjx_inertia.objects import ObjectModel, friction_radius
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.scene import Scene, build_spec
 from mjx_inertia.pushing.settings import FLOOR_SOLIMP, FLOOR_SOLREF, GRAVITY
+from mjx_inertia.spatial import AnyArray
 
 
 @struct.dataclass
@@ -32,14 +33,14 @@ class PushParameters:
       tip_time_constant: of their contact (`solref`), s; at least two simulation steps.
     """
 
-    mass: Float[Array, "*n"]
-    inertia: Float[Array, "*n 3"]
-    com: Float[Array, "*n 3"]
-    half_extents: Float[Array, "*n 3"]
-    friction: Float[Array, "*n"]
-    friction_radius: Float[Array, "*n"]
-    tip_friction: Float[Array, "*n"]
-    tip_time_constant: Float[Array, "*n"]
+    mass: Float[AnyArray, "*n"]
+    inertia: Float[AnyArray, "*n 3"]
+    com: Float[AnyArray, "*n 3"]
+    half_extents: Float[AnyArray, "*n 3"]
+    friction: Float[AnyArray, "*n"]
+    friction_radius: Float[AnyArray, "*n"]
+    tip_friction: Float[AnyArray, "*n"]
+    tip_time_constant: Float[AnyArray, "*n"]
 
 
 def object_parameters(
@@ -135,7 +136,7 @@ def with_parameters(scene: Scene, p: PushParameters) -> mjx.Model:
         position = position.at[scene.hull[0], 2].set(p.half_extents[2])
     if len(scene.feet):
         position = position.at[scene.feet].set(_feet_position(scene, p))
-    return m.tree_replace({**changes, "geom_size": size, "geom_pos": position})
+    return m.replace(**changes, geom_size=size, geom_pos=position)
 
 
 def recompile(scene: Scene, p: PushParameters) -> mujoco.MjModel:
@@ -150,10 +151,13 @@ def recompile(scene: Scene, p: PushParameters) -> mujoco.MjModel:
     if len(scene.feet):
         for i, position in enumerate(np.asarray(_feet_position(scene, p))):
             spec.geom(f"foot{i}").pos = position
-    for i, pair in enumerate(spec.pairs):
-        pair.friction = np.asarray(_pair_friction(scene, p))[i]
-        if i in scene.tip_pairs:
+    mu, tip = float(p.friction), float(p.tip_friction)
+    for pair in spec.pairs:
+        if pair.name.startswith("tip"):
+            pair.friction = (tip, tip, 0.0, 0.0, 0.0)
             pair.solref = (float(p.tip_time_constant), 1.0)
+        else:
+            pair.friction = (mu, mu, mu * float(p.friction_radius), 0.0, 0.0)
     return spec.compile()
 
 

@@ -6,7 +6,9 @@ In: signals of a simulation or of a file. Out: `PushRecord`, without any truth i
 import enum
 
 from flax import struct
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
+
+from mjx_inertia.spatial import AnyArray
 
 
 class PushStatus(enum.IntEnum):
@@ -42,14 +44,14 @@ class PushRecord:
       status: a `PushStatus`.
     """
 
-    time: Float[Array, "*n t"]
-    force: Float[Array, "*n t 2"]
-    moment: Float[Array, "*n t"]
-    pose: Float[Array, "*n t 3"]
-    twist: Float[Array, "*n t 3"]
-    tip_position: Float[Array, "*n t 2"]
-    tip_velocity: Float[Array, "*n t 2"]
-    contact_point: Float[Array, "*n 2"]
-    contact_normal: Float[Array, "*n 2"]
-    length: Int[Array, "*n"]
-    status: Int[Array, "*n"]
+    time: Float[AnyArray, "*n t"]
+    force: Float[AnyArray, "*n t 2"]
+    moment: Float[AnyArray, "*n t"]
+    pose: Float[AnyArray, "*n t 3"]
+    twist: Float[AnyArray, "*n t 3"]
+    tip_position: Float[AnyArray, "*n t 2"]
+    tip_velocity: Float[AnyArray, "*n t 2"]
+    contact_point: Float[AnyArray, "*n 2"]
+    contact_normal: Float[AnyArray, "*n 2"]
+    length: Int[AnyArray, "*n"]
+    status: Int[AnyArray, "*n"]

@@ -16,7 +16,8 @@ from mjx_inertia.pushing.settings import (
     FLOOR_SOLIMP,
     FLOOR_SOLREF,
     GRAVITY,
-    TIP_ARMATURE,
+    IMPRATIO,
+    TIP_MASS,
     TIP_SOLIMP,
     SceneSettings,
 )
@@ -113,14 +114,12 @@ def _add_object(spec: mujoco.MjSpec, obj: ObjectModel, settings: SceneSettings) 
 def _add_tip(spec: mujoco.MjSpec, settings: SceneSettings, height: float) -> None:
     body = spec.worldbody.add_body(name="tip", pos=(0, 0, height))
     for name, axis in (("tip_x", (1, 0, 0)), ("tip_y", (0, 1, 0))):
-        body.add_joint(
-            name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis, armature=TIP_ARMATURE
-        )
+        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
     body.add_geom(
         name="tip",
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
         size=(settings.tip_radius, 0, 0),
-        mass=0.1,
+        mass=TIP_MASS,
         contype=0,
         conaffinity=0,
     )
@@ -134,6 +133,7 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.option.impratio = IMPRATIO
     spec.option.tolerance = 0.0
     spec.option.iterations = 100
     spec.option.ls_iterations = 50
@@ -160,12 +160,18 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
         )
         feet.append(f"foot{i}")
     condim = 4 if settings.table == "limit_surface" else 3
-    for name in hull:
+    for i, name in enumerate(hull):
         spec.add_pair(
-            geomname1="tip", geomname2=name, condim=3, solref=(0.02, 1.0), solimp=TIP_SOLIMP
+            name=f"tip{i}",
+            geomname1="tip",
+            geomname2=name,
+            condim=3,
+            solref=(0.02, 1.0),
+            solimp=TIP_SOLIMP,
         )
-    for name in feet or hull:
+    for i, name in enumerate(feet or hull):
         spec.add_pair(
+            name=f"floor{i}",
             geomname1="floor",
             geomname2=name,
             condim=condim,
@@ -173,6 +179,10 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
             solimp=FLOOR_SOLIMP,
         )
     return spec
+
+
+def _starting(names: list[str], prefix: str) -> np.ndarray:
+    return np.array([i for i, name in enumerate(names) if name.startswith(prefix)], int)
 
 
 def build_scene(obj: ObjectModel, settings: SceneSettings | None = None) -> Scene:
@@ -186,13 +196,9 @@ def build_scene(obj: ObjectModel, settings: SceneSettings | None = None) -> Scen
     settings = settings or SceneSettings()
     model = build_spec(obj, settings).compile()
 
-    def geoms(prefix: str) -> np.ndarray:
-        return np.array(
-            [g for g in range(model.ngeom) if model.geom(g).name.startswith(prefix)], int
-        )
+    geoms = [model.geom(i).name for i in range(model.ngeom)]
+    pairs = [model.pair(i).name for i in range(model.npair)]  # MuJoCo sorts them by body
 
-    tip_geom = model.geom("tip").id
-    tip = np.array([p for p in range(model.npair) if model.pair_geom1[p] == tip_geom], int)
     return Scene(
         object_model=obj,
         settings=settings,
@@ -201,10 +207,10 @@ def build_scene(obj: ObjectModel, settings: SceneSettings | None = None) -> Scen
         data=mjx.make_data(model),
         body=model.body("object").id,
         tip_body=model.body("tip").id,
-        hull=geoms("hull"),
-        feet=geoms("foot"),
+        hull=_starting(geoms, "hull"),
+        feet=_starting(geoms, "foot"),
         feet_fraction=_feet_fraction(obj, settings),
-        tip_pairs=tip,
-        floor_pairs=np.setdiff1d(np.arange(model.npair), tip),
+        tip_pairs=_starting(pairs, "tip"),
+        floor_pairs=_starting(pairs, "floor"),
         planar=settings.table != "corners",
     )

@@ -6,6 +6,7 @@ frame's origin (m/s) and the angular velocity (rad/s), a wrench the force (N) an
 the frame's origin (N m), both in the axes of the frame. Functions are written for one body.
 """
 
+from mjx_inertia.spatial.arrays import AnyArray
 from mjx_inertia.spatial.consistency import Consistency, check_consistency, explain, thicken
 from mjx_inertia.spatial.inertia import (
     InertialParameters,
@@ -42,6 +43,7 @@ from mjx_inertia.spatial.second_moment import inertia_from_second_moment, second
 __all__ = [
     "LOG_CHOLESKY_NAMES",
     "TEN_VECTOR_NAMES",
+    "AnyArray",
     "Consistency",
     "InertialParameters",
     "PlanarInertia",

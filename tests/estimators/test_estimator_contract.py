@@ -27,7 +27,7 @@ from mjx_inertia.pushing import PushStatus
 SMALL = {
     "mean": ({}, 1.1),
     "forest": ({"trees": 60, "depth": 7, "progress": False}, 0.15),
-    "boosted": ({"rounds": 120, "learning_rate": 0.15, "progress": False}, 0.05),
+    "boosted": ({"rounds": 80, "depth": 4, "learning_rate": 0.2, "progress": False}, 0.05),
 }
 RANDOM = ("forest", "boosted")  # those that use their key
 READS_COLUMNS = ("forest", "boosted")
@@ -206,8 +206,8 @@ def test_a_tree_of_the_forest_can_be_read(fitted):
 
 
 def test_grid_search_finds_the_better_settings():
-    rows = problem(8, 600)
-    groups = np.repeat(np.arange(60), 10)
+    rows = problem(8, 400)
+    groups = np.repeat(np.arange(40), 10)
     candidates = [ForestSettings(trees=10, depth=depth, progress=False) for depth in (1, 5)]
     ranked = grid_search(
         ESTIMATORS["forest"].factory,
@@ -215,7 +215,7 @@ def test_grid_search_finds_the_better_settings():
         rows,
         groups,
         key=jax.random.key(0),
-        folds=3,
+        folds=2,
         progress=False,
     )
     assert [result.settings.depth for result in ranked] == [5, 1]

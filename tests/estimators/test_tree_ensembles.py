@@ -9,7 +9,7 @@ from estimators.problem import problem
 
 from mjx_inertia.estimators.boosted import BoostedSettings, boosted
 from mjx_inertia.estimators.forest import ForestSettings, forest_moments, grow
-from mjx_inertia.estimators.trees import readable_tree, sum_over_trees, with_products
+from mjx_inertia.estimators.trees import _sum_of_block, readable_tree, sum_over_trees, with_products
 from mjx_inertia.estimators.xgboost_trees import Job, ensemble_of, train
 
 
@@ -107,12 +107,12 @@ def test_prediction_compiles_once_for_a_shape():
     job = [Job(y, 0)]
     trees = train(x, job, {"max_bin": 16, "max_depth": 2}, 3, None)[0]
     other = train(x, job, {"max_bin": 16, "max_depth": 2, "learning_rate": 0.1}, 3, None)[0]
-    sum_over_trees.clear_cache()
+    _sum_of_block.clear_cache()
     for ensemble in (trees, other, trees):
         sum_over_trees(ensemble, jnp.asarray(x))
-    assert sum_over_trees._cache_size() == 1
+    assert _sum_of_block._cache_size() == 1
     sum_over_trees(trees, jnp.asarray(x), statistic=with_products)
-    assert sum_over_trees._cache_size() == 2
+    assert _sum_of_block._cache_size() == 2
 
 
 def test_trees_deeper_than_said_are_refused():

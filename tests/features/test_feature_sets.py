@@ -24,6 +24,7 @@ from mjx_inertia.features.onset import EDGES, HORIZONS
 from mjx_inertia.pushing import PushStatus
 
 TRACKED, CONTACT = FeatureSettings("tracked"), FeatureSettings("contact")
+ROWS, SAMPLES = 8, 60  # one shape for most tests, so that they compile once
 
 
 def on_device(records):
@@ -71,9 +72,9 @@ def numpy_signals(records, row, reference):
 
 @pytest.mark.parametrize("settings", [TRACKED, CONTACT])
 def test_windows_are_those_of_plain_numpy(settings):
-    records = random_records(0, 12, 60)
-    got = features(records, "windows", settings).reshape(12, 8, 3, 3)
-    for row in range(12):
+    records = random_records(0, ROWS, SAMPLES)
+    got = features(records, "windows", settings).reshape(ROWS, 8, 3, 3)
+    for row in range(ROWS):
         values, _ = numpy_signals(records, row, settings.reference)
         window = np.arange(len(values)) * 3 // len(values)
         for w in range(3):
@@ -84,9 +85,9 @@ def test_windows_are_those_of_plain_numpy(settings):
 
 @pytest.mark.parametrize("settings", [TRACKED, CONTACT])
 def test_moments_are_those_of_plain_numpy(settings):
-    records = random_records(1, 12, 60)
-    got = features(records, "moments", settings).reshape(12, 6, 2)
-    for row in range(12):
+    records = random_records(1, ROWS, SAMPLES)
+    got = features(records, "moments", settings).reshape(ROWS, 6, 2)
+    for row in range(ROWS):
         values, moved = numpy_signals(records, row, settings.reference)
         all_six = np.concatenate([values[:, :3], moved], axis=1)
         want = np.stack([all_six.mean(0), all_six.var(0)], axis=-1)
@@ -94,12 +95,12 @@ def test_moments_are_those_of_plain_numpy(settings):
 
 
 def test_onset_bins_at_100_hz_are_samples_then_means_of_samples():
-    records = random_records(2, 12, 60)
+    records = random_records(2, ROWS, SAMPLES)
     columns = feature_names("onset", TRACKED)
     got = features(records, "onset", TRACKED)
     assert columns[:72] == feature_names("windows", TRACKED)
     np.testing.assert_array_equal(got[:, :72], features(records, "windows", TRACKED))
-    for row in range(12):
+    for row in range(ROWS):
         values, _ = numpy_signals(records, row, "tracked")
         for begin, end in itertools.pairwise(EDGES):
             samples = values[round(begin * 100) : round(end * 100)]
@@ -132,7 +133,7 @@ def test_effective_mass_is_the_mass_of_a_free_body():
 @pytest.mark.parametrize("name", sorted(FEATURE_SETS))
 @pytest.mark.parametrize("settings", [TRACKED, CONTACT])
 def test_world_axes_leave_no_trace(name, settings):
-    records = random_records(4, 8, 60)
+    records = random_records(4, ROWS, SAMPLES)
     moved = in_another_world(records, 2.0, np.array([0.3, -0.7]))
     np.testing.assert_allclose(
         features(moved, name, settings), features(records, name, settings), rtol=2e-3, atol=2e-4
@@ -141,7 +142,7 @@ def test_world_axes_leave_no_trace(name, settings):
 
 @pytest.mark.parametrize("name", sorted(FEATURE_SETS))
 def test_trackers_frame_leaves_no_trace_with_contact_reference(name):
-    records = random_records(5, 8, 60)
+    records = random_records(5, ROWS, SAMPLES)
     moved = with_tracker_at(records, np.array([0.04, -0.07]), 1.1)
     same = features(records, name, CONTACT)
     np.testing.assert_allclose(features(moved, name, CONTACT), same, rtol=2e-3, atol=2e-4)
@@ -151,12 +152,12 @@ def test_trackers_frame_leaves_no_trace_with_contact_reference(name):
 
 @pytest.mark.parametrize("name", sorted(FEATURE_SETS))
 def test_padding_leaves_no_trace(name):
-    records = random_records(6, 8, 60)
-    padding = np.arange(60) >= records.length[:, None]
+    records = random_records(6, ROWS, SAMPLES)
+    padding = np.arange(SAMPLES) >= records.length[:, None]
     spoiled = jax.tree.map(
         lambda x: (
-            np.where(padding.reshape(8, 60, *[1] * (x.ndim - 2)), np.nan, x)
-            if x.ndim > 1 and x.shape[1] == 60
+            np.where(padding.reshape(ROWS, SAMPLES, *[1] * (x.ndim - 2)), np.nan, x)
+            if x.ndim > 1 and x.shape[1] == SAMPLES
             else x
         ),
         records,
@@ -164,7 +165,7 @@ def test_padding_leaves_no_trace(name):
     longer = jax.tree.map(
         lambda x: (
             np.concatenate([x, x[:, -1:].repeat(15, 1)], axis=1)
-            if x.ndim > 1 and x.shape[1] == 60
+            if x.ndim > 1 and x.shape[1] == SAMPLES
             else x
         ),
         records,
@@ -176,9 +177,9 @@ def test_padding_leaves_no_trace(name):
 
 @pytest.mark.parametrize("name", sorted(FEATURE_SETS))
 def test_unusable_records_are_zero_and_say_so(name):
-    records = random_records(7, 6, 30)
-    length = np.array([0, 1, 2, 30, 30, 30], np.int32)
-    status = np.array([0, 0, 0, PushStatus.DIVERGED, 0, 0], np.int32)
+    records = random_records(7, ROWS, SAMPLES)
+    length = np.array([0, 1, 2, *[SAMPLES] * 5], np.int32)
+    status = np.array([0, 0, 0, PushStatus.DIVERGED, 0, 0, 0, 0], np.int32)
     force = records.force.copy()
     force[3] = np.nan
     force[4] = 0  # no contact at all: the whole record counts
@@ -187,7 +188,7 @@ def test_unusable_records_are_zero_and_say_so(name):
     assert np.isfinite(rows.features).all()
     assert not np.asarray(rows.features[:4]).any()
     lost = PushStatus.LOST_CONTACT
-    assert rows.status.tolist() == [lost, lost, lost, PushStatus.DIVERGED, 0, 0]
+    assert rows.status.tolist() == [lost, lost, lost, PushStatus.DIVERGED, 0, 0, 0, 0]
     assert rows.truth is None
 
 
@@ -195,7 +196,7 @@ def test_bins_are_seconds_at_any_rate():
     """The same motion at 100 and 250 Hz: smooth signals give the same bins."""
 
     def recorded(interval_s):
-        steps = round(0.7 / interval_s)
+        steps = 180  # beyond the bins at either rate
         time = (np.arange(steps) + 1) * interval_s
         middle = time - interval_s / 2
         records = random_records(8, 1, steps, interval_s)
@@ -209,7 +210,7 @@ def test_bins_are_seconds_at_any_rate():
             tip_velocity=np.full((1, steps, 2), 0.04),
             contact_point=np.array([[0.02, 0.01]]),
             contact_normal=np.array([[1.0, 0.0]]),
-            length=np.array([steps]),
+            length=np.array([round(0.7 / interval_s)]),
         )
 
     slow, fast = (features(recorded(interval), "onset")[0] for interval in (0.01, 0.004))
@@ -218,12 +219,12 @@ def test_bins_are_seconds_at_any_rate():
 
 
 def test_columns_are_named_once_and_as_many_as_features():
-    records = on_device(random_records(9, 2, 30))
+    records = on_device(random_records(9, ROWS, SAMPLES))
     for name in FEATURE_SETS:
         for settings in (TRACKED, CONTACT):
             columns = feature_names(name, settings)
             assert len(set(columns)) == len(columns)
-            assert extract(records, name, settings).shape == (2, len(columns))
+            assert extract(records, name, settings).shape == (ROWS, len(columns))
         assert feature_names(name, TRACKED) != feature_names(name, CONTACT)
     assert [len(feature_names(name)) for name in ("windows", "moments")] == [72, 12]
 
@@ -237,8 +238,13 @@ def test_compiles_once_for_a_shape_and_a_set():
     assert _rows._cache_size() == 2
 
 
+def test_no_record_gives_no_row():
+    none = jax.tree.map(lambda leaf: leaf[:0], on_device(random_records(0, 5, 20)))
+    assert examples(none, "moments").features.shape == (0, 12)
+
+
 def test_examples_carry_truth_and_are_taken_joined_and_selected():
-    records = on_device(random_records(10, 7, 30))
+    records = on_device(random_records(10, 7, 20))
     number = jnp.arange(7.0)
     truth = PushTruth(mass=1 + number, inertia=number, com=jnp.stack([number, -number], axis=1))
     conditions = PushConditions(jnp.arange(7), *[number] * 5)
