@@ -1,4 +1,4 @@
-"""Checks array shapes at run time in tests only, and names what must be shared by all tests."""
+"""Shapes are checked at run time in tests only; compiled programs are kept between runs."""
 
 import os
 from pathlib import Path
@@ -6,7 +6,14 @@ from pathlib import Path
 import pytest
 from jaxtyping import install_import_hook
 
-_HOOK = install_import_hook("mjx_inertia", "typecheck.check")
+from mjx_inertia import runtime
+
+install_import_hook("mjx_inertia", "typecheck.check")
+
+
+def pytest_configure() -> None:
+    """One host device: the tests of sharding start their own processes."""
+    runtime.configure(devices=1)
 
 
 @pytest.fixture(scope="session")

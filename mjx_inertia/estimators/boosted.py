@@ -1,8 +1,8 @@
-"""Boosted trees: XGBoost trains on log mass, log I_zz and the CoM; JAX predicts.
+"""Boosted trees on a log-linear stage: XGBoost trains, JAX predicts log mass, log I_zz and the CoM.
 
-In: `Examples`. Out: `FittedBoosted`, `Estimate`. Each target has trees of its own: trees
-with vector leaves (`multi_output_tree`) took longer and were
-less accurate on mass and CoM (a little better on I_zz).
+In: `Examples`. Out: `FittedBoosted`, `Estimate`. Each target has trees of its own: trees with
+vector leaves (`multi_output_tree`) took longer and were less accurate on mass and CoM (a little
+better on I_zz).
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.estimators.estimate import Estimate, Estimator, KeyArray, answer, usable_rows
+from mjx_inertia.estimators.log_linear import LogLinear, fit_log_linear, predict_log_linear
 from mjx_inertia.estimators.training import (
     TargetScale,
     held_out,
@@ -26,6 +27,9 @@ from mjx_inertia.estimators.training import (
 from mjx_inertia.estimators.trees import TreeEnsemble, sum_over_trees
 from mjx_inertia.estimators.xgboost_trees import Job, join, train
 from mjx_inertia.features import Examples, select
+
+# Mass and I_zz are products of powers of what is measured; the CoM is none.
+_POWER_LAWS = np.array([1.0, 1.0, 0.0, 0.0], np.float32)
 
 
 @dataclass(frozen=True)
@@ -45,10 +49,10 @@ class BoostedSettings:
       progress: a bar on stderr, if that is a terminal.
     """
 
-    rounds: int = 600
-    depth: int = 6
-    learning_rate: float = 0.05
-    column_fraction: float = 0.25
+    rounds: int = 400
+    depth: int = 8
+    learning_rate: float = 0.08
+    column_fraction: float = 0.35
     row_fraction: float = 0.8
     bins: int = 64
     held_out_fraction: float = 0.1
@@ -58,8 +62,17 @@ class BoostedSettings:
 
 @struct.dataclass
 class FittedBoosted:
-    """Trees, the scale of their outputs, and the covariance of their errors in that scale."""
+    """The two stages, the scale of their outputs, and the covariance of their errors in it.
 
+    Attributes:
+      linear: first stage; the trees see its answers beside the features.
+      trees: second stage: what the first one leaves of mass and I_zz, and the whole CoM.
+      scale: of the targets.
+      error: covariance of held-out errors, standardised.
+      columns: features used.
+    """
+
+    linear: LogLinear
     trees: TreeEnsemble
     scale: TargetScale
     error: Float[Array, "4 4"]
@@ -73,9 +86,12 @@ def fit_boosted(settings: BoostedSettings, examples: Examples, *, key: KeyArray)
     aside = held_out(table.targets, settings.held_out_fraction, seed)
     scale = target_scale(table.targets[~aside], logarithmic=True)
     targets = standardise(scale, table.targets)
+    linear = fit_log_linear(table.features[~aside], targets[~aside])
+    first, rows = _first_stage(linear, jnp.asarray(table.features))
+    left = targets - np.asarray(first)
     parts = train(
-        table.features[~aside],
-        [Job(target, (seed + number) % 2**31) for number, target in enumerate(targets[~aside].T)],
+        np.asarray(rows)[~aside],
+        [Job(target, (seed + number) % 2**31) for number, target in enumerate(left[~aside].T)],
         {
             "max_depth": settings.depth,
             "learning_rate": settings.learning_rate,
@@ -87,14 +103,24 @@ def fit_boosted(settings: BoostedSettings, examples: Examples, *, key: KeyArray)
         "boosted trees" if settings.progress else None,
     )
     trees = join(parts, axis=0)
-    error = targets[aside] - np.asarray(sum_over_trees(trees, jnp.asarray(table.features[aside])))
-    return FittedBoosted(trees, scale, jnp.asarray(error.T @ error / len(error)), table.columns)
+    error = left[aside] - np.asarray(sum_over_trees(trees, rows[aside]))
+    covariance = jnp.asarray(error.T @ error / len(error))
+    return FittedBoosted(linear, trees, scale, covariance, table.columns)
+
+
+def _first_stage(
+    linear: LogLinear, features: Float[Array, "n d"]
+) -> tuple[Float[Array, "n 4"], Float[Array, "n e"]]:
+    """What the first stage contributes to the answer, and the rows that the trees see."""
+    answer = predict_log_linear(linear, features)
+    return answer * _POWER_LAWS, jnp.concatenate([features, answer], 1)
 
 
 def predict_boosted(fitted: FittedBoosted, examples: Examples) -> Estimate:
     """Estimates with the covariance of held-out errors: relative for mass and I_zz."""
     rows = select(examples, fitted.columns)
-    mean = sum_over_trees(fitted.trees, rows)
+    first, rows = _first_stage(fitted.linear, rows)
+    mean = first + sum_over_trees(fitted.trees, rows)
     error = jnp.broadcast_to(fitted.error, (rows.shape[0], 4, 4))
     return answer(*to_units(fitted.scale, mean, error), usable_rows(examples))
 

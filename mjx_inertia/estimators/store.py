@@ -16,6 +16,7 @@ import numpy as np
 
 from mjx_inertia.estimators.boosted import FittedBoosted
 from mjx_inertia.estimators.forest import FittedForest
+from mjx_inertia.estimators.log_linear import LogLinear
 from mjx_inertia.estimators.mean import FittedMean
 from mjx_inertia.estimators.training import TargetScale
 from mjx_inertia.estimators.trees import TreeEnsemble
@@ -23,7 +24,7 @@ from mjx_inertia.estimators.trees import TreeEnsemble
 # Records that may be stored, and the records that they hold.
 STORED_TYPES: dict[str, type] = {
     kind.__name__: kind
-    for kind in (FittedMean, FittedForest, FittedBoosted, TargetScale, TreeEnsemble)
+    for kind in (FittedMean, FittedForest, FittedBoosted, LogLinear, TargetScale, TreeEnsemble)
 }
 _FORMAT = "mjx_inertia fitted estimator"
 _VERSION = 1

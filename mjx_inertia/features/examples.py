@@ -59,15 +59,21 @@ def concatenate(parts: Sequence[Examples]) -> Examples:
     return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
 
 
+_FAMILIES = {"onset": ("windows", "onset")}
+
+
 def columns_of_set(columns: tuple[str, ...], feature_set: str | None) -> tuple[str, ...]:
     """The columns that belong to `feature_set` ("windows" takes `windows/...`); None takes all.
+
+    A set that builds on another holds the other's columns too.
 
     Raises:
       ValueError: no column belongs to it.
     """
     if feature_set is None:
         return columns
-    chosen = tuple(name for name in columns if name.startswith(feature_set + "/"))
+    families = _FAMILIES.get(feature_set, (feature_set,))
+    chosen = tuple(name for name in columns if name.split("/")[0] in families)
     if not chosen:
         present = sorted({name.split("/")[0] for name in columns})
         raise ValueError(

@@ -2,7 +2,8 @@
 
 Once the object slides steadily, a push shows friction times mass only (errata 12); three equal
 windows average the transient away. In: `Signals`. Out: means of the eight signals in bins whose
-edges are seconds (so at any sampling rate), and a few quantities that mechanics suggests.
+edges are seconds (so at any sampling rate), a few quantities that mechanics suggests, and both
+freed of the scale of the push.
 """
 
 import jax.numpy as jnp
@@ -38,7 +39,17 @@ def onset_names(settings: FeatureSettings) -> tuple[str, ...]:
         for quantity in ("impulse", "effective_mass", "net_effective_mass", "turn_by_speed")
         for horizon in HORIZONS
     ]
-    return (*bins, *derived, *(f"onset/{quantity}" for quantity in SUMMARY))
+    relative = [
+        f"onset/relative/{signal}/{edge * 1e3:.0f}ms"
+        for signal in SIGNALS[settings.reference][:6]
+        for edge in EDGES[:-1]
+    ]
+    effective = [
+        f"onset/relative/{quantity}/{horizon * 1e3:.0f}ms"
+        for quantity in ("impulse", "effective_mass", "net_effective_mass")
+        for horizon in HORIZONS
+    ]
+    return (*bins, *derived, *(f"onset/{quantity}" for quantity in SUMMARY), *relative, *effective)
 
 
 def _ratio(
@@ -55,8 +66,12 @@ def overlap(push: Signals, begin: Float[Array, "b"], end: Float[Array, "b"]) -> 
     return jnp.where(push.valid, jnp.maximum(shared, 0.0), 0.0)
 
 
-def onset(push: Signals) -> Float[Array, "176"]:
-    """Means by bin, then derived quantities; a bin beyond the end of the record holds zeros."""
+def onset(push: Signals) -> Float[Array, "302"]:
+    """Means by bin, then derived quantities; a bin beyond the end of the record holds zeros.
+
+    `relative` columns are free of the push's scale: forces over the steady force, motion over the
+    tip's speed. They are alike for cubes of any mass pushed alike, and so tell friction and shape.
+    """
     edges = jnp.asarray(EDGES, push.values.dtype)
     weight = overlap(push, edges[:-1], edges[1:])
     covered = jnp.sum(weight, axis=1)
@@ -94,4 +109,8 @@ def onset(push: Signals) -> Float[Array, "176"]:
         _ratio(push.displacement[last, 2], push.tip_path, slow),
         _ratio(push.displacement[last, 1], push.tip_path, slow),
     ]
-    return jnp.concatenate([means.T.reshape(-1), *derived, jnp.stack(summary)])
+    force_scale = jnp.maximum(jnp.abs(steady), 1e-2)
+    scale = jnp.repeat(jnp.stack([force_scale, jnp.maximum(tip_speed, slow)]), 3)
+    relative = (means[:, :6] / scale).T.reshape(-1)
+    effective = jnp.concatenate(derived[:3]) / force_scale
+    return jnp.concatenate([means.T.reshape(-1), *derived, jnp.stack(summary), relative, effective])

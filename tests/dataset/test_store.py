@@ -1,0 +1,157 @@
+"""The store: interrupted, refused, damaged, shared. Signals here are made up, not simulated."""
+
+import errno
+import os
+import shutil
+
+import jax
+import numpy as np
+import pytest
+import zarr
+
+from mjx_inertia.dataset import CubesProtocol, Range, StoreError, cubes_plan, open_store
+from mjx_inertia.dataset.store import create_store, read_batches, read_block, write_block
+from mjx_inertia.pushing import PushRecord
+
+SMALL = CubesProtocol(
+    mass=Range(1, 2, 2), friction=Range(0.3, 0.3, 1), edge=Range(0.1, 0.1, 1), pushes_per_cube=8
+)
+PLAN = cubes_plan(SMALL, seed=0)
+
+
+def make(path, **changes):
+    options = {"config": {"a": 1}, "rate": 100.0, "block": 6, "seed": 0, "provenance": {}}
+    return create_store(path, PLAN, **{**options, **changes})
+
+
+def record(n, seed=0):
+    rng = np.random.default_rng(seed)
+    return PushRecord(
+        time=np.tile(np.arange(1, 11, dtype=np.float32) / 100, (n, 1)),
+        force=rng.normal(size=(n, 10, 2)).astype(np.float32),
+        moment=rng.normal(size=(n, 10)).astype(np.float32),
+        pose=rng.normal(size=(n, 10, 3)).astype(np.float32),
+        twist=rng.normal(size=(n, 10, 3)).astype(np.float32),
+        tip_position=rng.normal(size=(n, 10, 2)).astype(np.float32),
+        tip_velocity=rng.normal(size=(n, 10, 2)).astype(np.float32),
+        contact_point=np.zeros((n, 2), np.float32),
+        contact_normal=np.tile(np.float32([1, 0]), (n, 1)),
+        length=np.full(n, 10, np.int32),
+        status=np.zeros(n, np.int32),
+    )
+
+
+def fill(store):
+    for block in store.missing():
+        write_block(store, block, record(len(store.rows(block)), seed=block))
+
+
+def test_what_is_written_is_read(tmp_path):
+    store = make(tmp_path / "s.zarr")
+    assert store.blocks == 3 and store.missing() == [0, 1, 2]
+    fill(store)
+    again = open_store(tmp_path / "s.zarr")
+    jax.tree.map(np.testing.assert_array_equal, again.plan, PLAN)
+    for block in range(3):
+        read, written = read_block(again, block), record(len(again.rows(block)), seed=block)
+        for name in ("time", "force", "pose", "length", "status"):
+            np.testing.assert_array_equal(getattr(read, name), getattr(written, name))
+    batches = list(read_batches(again, spread=0.0, key=jax.random.key(0)))
+    assert sum(len(b.truth.mass) for b in batches) == 16
+    np.testing.assert_array_equal(np.concatenate([b.truth.mass for b in batches]), PLAN.truth.mass)
+
+
+def test_another_config_is_refused_and_named(tmp_path):
+    make(tmp_path / "s.zarr")
+    with pytest.raises(StoreError, match=r"a: stored 1, asked for 2.*dataset\.path"):
+        make(tmp_path / "s.zarr", config={"a": 2})
+    with pytest.raises(StoreError, match="another seed"):
+        make(tmp_path / "s.zarr", seed=5)
+
+
+def test_a_folder_that_is_no_store_is_named(tmp_path):
+    (tmp_path / "s.zarr").mkdir()
+    with pytest.raises(StoreError, match="not a readable store"):
+        make(tmp_path / "s.zarr")
+    with pytest.raises(StoreError, match="not a readable store"):
+        open_store(tmp_path / "nothing.zarr")
+
+
+def test_an_unwritable_place_is_named(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(StoreError, match="cannot make the store"):
+        make(tmp_path / "file" / "s.zarr")
+
+
+def test_a_full_disk_keeps_what_is_stored(tmp_path, monkeypatch):
+    store = make(tmp_path / "s.zarr")
+    write_block(store, 0, record(6))
+
+    def full(*_args, **_options):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(zarr, "create_group", full)
+        with pytest.raises(StoreError, match="No space left.*1 of 3 blocks are stored"):
+            write_block(store, 1, record(6))
+    assert store.missing() == [1, 2]
+    read_block(store, 0)
+    fill(store)  # with space again it goes on
+    assert store.missing() == []
+
+
+@pytest.mark.parametrize("damage", ["truncated", "flipped", "removed"])
+def test_a_damaged_chunk_is_named_and_can_be_mended(tmp_path, damage):
+    store = make(tmp_path / "s.zarr")
+    fill(store)
+    chunk = store.block_path(1) / "force" / "c" / "0" / "0" / "0"
+    content = bytearray(chunk.read_bytes())
+    if damage == "truncated":
+        chunk.write_bytes(content[: len(content) // 2])
+    elif damage == "flipped":
+        content[len(content) // 2] ^= 0xFF
+        chunk.write_bytes(content)
+    else:
+        (store.block_path(1) / "force" / "zarr.json").unlink()
+    with pytest.raises(StoreError, match=r"00001: damaged.*remove this folder and run again"):
+        read_block(store, 1)
+    read_block(store, 0)
+    shutil.rmtree(store.block_path(1))
+    assert store.missing() == [1]
+    fill(store)
+    read_block(store, 1)
+
+
+def test_half_written_blocks_do_not_count(tmp_path):
+    """What a killed job leaves beside a block's place is not taken for the block."""
+    store = make(tmp_path / "s.zarr")
+    (tmp_path / "s.zarr" / "blocks" / ".00001-4242").mkdir()
+    assert store.missing() == [0, 1, 2]
+
+
+def test_two_jobs_may_write_the_same_block(tmp_path):
+    store = make(tmp_path / "s.zarr")
+    write_block(store, 0, record(6))
+    write_block(store, 0, record(6))
+    assert store.has(0)
+
+
+def test_noise_is_a_matter_of_key_and_push_alone(tmp_path):
+    """Same key, same noise, whatever the block; sigma is spread/3 of each value."""
+    coarse, fine = make(tmp_path / "a.zarr", block=16), make(tmp_path / "b.zarr", block=4)
+    whole = record(16)
+    write_block(coarse, 0, whole)
+    for block in range(4):
+        rows = fine.rows(block)
+        write_block(fine, block, jax.tree.map(lambda x, r=rows: x[r], whole))
+    key = jax.random.key(9)
+    (one,) = read_batches(coarse, spread=0.12, key=key)
+    parts = list(read_batches(fine, spread=0.12, key=key))
+    joined = np.concatenate([p.records.force for p in parts])
+    np.testing.assert_array_equal(one.records.force, joined)
+    ratio = np.asarray(one.records.force / whole.force).ravel() - 1
+    assert ratio.std() == pytest.approx(0.04, rel=0.15)
+    assert abs(ratio.mean()) < 0.01
+    np.testing.assert_array_equal(one.records.pose[:, 0], whole.pose[:, 0])
+    (other,) = read_batches(coarse, spread=0.12, key=jax.random.key(10))
+    assert not np.array_equal(one.records.force, other.records.force)
