@@ -4,8 +4,8 @@
 
 The bound is for whoever knows that uniform cubes are pushed (as a regressor trained on cubes does)
 and the ranges of the data, and nothing else: unknown are mass, edge, contact offset, both frictions
-and the contact's time constant. Derivatives are central differences of the float64 simulation; noise is that of the data
-plus a floor of 0.02 N, 0.2 N mm, 0.2 mm/s and 2 mrad/s. Last line: JSON.
+and the contact's time constant. Derivatives are central differences of the float64 simulation;
+noise is that of the data plus a floor of 0.02 N, 0.2 N mm, 0.2 mm/s and 2 mrad/s. Last line: JSON.
 """
 
 import functools
@@ -116,11 +116,8 @@ def main() -> None:
     headline = {}
     for name, values in deviation.items():
         # the mean absolute error of an efficient, normal estimator is 0.8 of its deviation
-        by_speed = {f"{v:g}": round(0.8 * float(values[speed == v].mean()), 3) for v in set(speed)}
-        headline[name] = {
-            "all": round(0.8 * float(values.mean()), 3),
-            **dict(sorted(by_speed.items())),
-        }
+        groups = {"all": values, **{f"{v:g}": values[speed == v] for v in np.unique(speed)}}
+        headline[name] = {k: round(0.8 * float(v.mean()), 3) for k, v in groups.items()}
         print(f"{name:16} mean absolute error at the bound: {headline[name]}")
     print(json.dumps({"pushes": pushes, "spread": spread, **headline}))
 

@@ -48,8 +48,8 @@ def nominal(evaluation: Evaluation) -> tuple[tuple[float, float, float], int]:
     best = cubes[np.nanargmin([np.nanmean(error[conditions.object_id == c]) for c in cubes])]
     at = [np.nanmean(error[np.isclose(conditions.contact_offset, o, atol=1e-5)]) for o in offsets]
     row = np.flatnonzero(conditions.object_id == best)[0]
-    cube = (evaluation.truth.mass[row], conditions.size[row], conditions.friction[row])
-    return tuple(float(x) for x in cube), int(np.nanargmin(at))
+    mass, edge = float(evaluation.truth.mass[row]), float(conditions.size[row])
+    return (mass, edge, float(conditions.friction[row])), int(np.nanargmin(at))
 
 
 def vary(

@@ -1,4 +1,4 @@
-"""Table 3.3 and Figs 3.13, 3.14 of the thesis: its forest, ours, and the baseline, on 48,000 pushes.
+"""Table 3.3 and Figs 3.13, 3.14 of the thesis on 48,000 pushes: its forest, ours, the baseline.
 
 python experiments/large_dataset.py [overrides]
 """

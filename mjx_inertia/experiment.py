@@ -1,4 +1,4 @@
-"""What the scripts of `experiments/` share: run a configured job, write its report, say the headline.
+"""What the scripts of `experiments/` share: run a configured job, write its report, its headline.
 
 In: the name of a file in `configs/experiment/` and overrides. Out: the result, and on the last line
 of the output one JSON object.

@@ -10,13 +10,17 @@ ROOT = Path(__file__).parents[1]
 BIN = Path(sys.executable).parent
 
 
+def execute(*command):
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
 @pytest.mark.parametrize(
     "command",
     [("ruff", "check", "."), ("ruff", "format", "--check", "."), ("pyright",), ("lint-imports",)],
     ids=" ".join,
 )
 def test_static_check(command):
-    run = subprocess.run([BIN / command[0], *command[1:]], cwd=ROOT, capture_output=True, text=True)
+    run = execute(BIN / command[0], *command[1:])
     assert run.returncode == 0, run.stdout + run.stderr
 
 
@@ -28,6 +32,6 @@ def test_import_has_no_side_effects():
         "assert dict(os.environ) == before and jax.config.jax_enable_x64 == x64\n"
         "assert not jax._src.xla_bridge.backends_are_initialized()\n"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    run = execute(sys.executable, "-c", code)
     assert run.returncode == 0, run.stderr
     assert run.stdout == ""

@@ -7,7 +7,7 @@ import functools
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, PRNGKeyArray, UInt
 
 from mjx_inertia.pushing import PushRecord
 from mjx_inertia.spatial import AnyArray
@@ -40,7 +40,7 @@ def _noisy(key: PRNGKeyArray, record: PushRecord, spread: float) -> PushRecord:
 
 @functools.partial(jax.jit, static_argnames="spread")
 def add_noise(
-    records: PushRecord, index: Int[Array, "n"], spread: float, *, key: PRNGKeyArray
+    records: PushRecord, index: UInt[Array, " n"], spread: float, *, key: PRNGKeyArray
 ) -> PushRecord:
     """Adds sensor noise to many pushes.
 

@@ -47,7 +47,7 @@ class Range:
     high: float
     count: int
 
-    def values(self) -> Float[np.ndarray, "count"]:
+    def values(self) -> Float[np.ndarray, " count"]:
         """The values."""
         return np.linspace(self.low, self.high, self.count)
 

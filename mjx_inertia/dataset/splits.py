@@ -26,14 +26,14 @@ class Split:
     name: str
     phrase: str
     description: str
-    folds: tuple[tuple[Int[np.ndarray, "a"], Int[np.ndarray, "b"]], ...]
+    folds: tuple[tuple[Int[np.ndarray, " a"], Int[np.ndarray, " b"]], ...]
 
 
 def _fold(test: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.flatnonzero(~test), np.flatnonzero(test)
 
 
-def thesis_split(mass: Float[np.ndarray, "n"], seed: int) -> Split:
+def thesis_split(mass: Float[np.ndarray, " n"], seed: int) -> Split:
     """A tenth of the pushes, a fifth of them of each extreme mass (errata 2).
 
     Of 48,000 pushes that is 480 of each of the three lightest and three heaviest masses and 1,920
@@ -62,7 +62,7 @@ def thesis_split(mass: Float[np.ndarray, "n"], seed: int) -> Split:
     )
 
 
-def grouped_split(object_id: Int[np.ndarray, "n"], seed: int, share: float = TEST_SHARE) -> Split:
+def grouped_split(object_id: Int[np.ndarray, " n"], seed: int, share: float = TEST_SHARE) -> Split:
     """All pushes of a share of the objects: none of the test objects is seen in training."""
     rng = np.random.default_rng(seed)
     objects = rng.permutation(np.unique(object_id))
@@ -75,7 +75,7 @@ def grouped_split(object_id: Int[np.ndarray, "n"], seed: int, share: float = TES
     )
 
 
-def leave_one_object_out(object_id: Int[np.ndarray, "n"]) -> Split:
+def leave_one_object_out(object_id: Int[np.ndarray, " n"]) -> Split:
     """Each object is predicted from pushes of the others alone.
 
     Raises:

@@ -41,7 +41,7 @@ class Estimate:
 
     mean: Float[Array, "n 4"]
     covariance: Float[Array, "n 4 4"]
-    status: Int[Array, "n"]
+    status: Int[Array, " n"]
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Estimator:
 KeyArray = jax.Array
 
 
-def usable_rows(examples: Examples) -> Bool[Array, "n"]:
+def usable_rows(examples: Examples) -> Bool[Array, " n"]:
     """Rows that may be fitted and predicted: status `OK` and finite features."""
     finite = jnp.all(jnp.isfinite(examples.features), axis=1)
     return (jnp.asarray(examples.status) == PushStatus.OK) & finite
@@ -82,7 +82,7 @@ def targets_of(examples: Examples) -> Float[Array, "n 4"]:
 
 
 def answer(
-    mean: Float[Array, "n 4"], covariance: Float[Array, "n 4 4"], usable: Bool[Array, "n"]
+    mean: Float[Array, "n 4"], covariance: Float[Array, "n 4 4"], usable: Bool[Array, " n"]
 ) -> Estimate:
     """An `Estimate` in which rows that are not usable say so and carry no number."""
     nothing = jnp.diag(jnp.full(len(TARGETS), jnp.inf, covariance.dtype))

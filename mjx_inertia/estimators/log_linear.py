@@ -27,12 +27,12 @@ class LogLinear:
       high: largest.
     """
 
-    floor: Float[Array, "d"]
-    mean: Float[Array, "e"]
-    inverse_std: Float[Array, "e"]
+    floor: Float[Array, " d"]
+    mean: Float[Array, " e"]
+    inverse_std: Float[Array, " e"]
     weights: Float[Array, "e k"]
-    low: Float[Array, "k"]
-    high: Float[Array, "k"]
+    low: Float[Array, " k"]
+    high: Float[Array, " k"]
 
 
 def _expanded(features: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -65,7 +65,7 @@ def fit_log_linear(
             shrunk = b / (values + penalty)
             error = power - 2 * b @ shrunk + shrunk @ (values * shrunk)
             freedom = (values / (values + penalty)).sum() / n
-            return error / max(1e-9, 1.0 - freedom) ** 2
+            return float(error / max(1e-9, 1.0 - freedom) ** 2)
 
         best = min(_PENALTIES, key=score)
         weights.append(vectors @ (b / (values + best)))

@@ -57,8 +57,8 @@ class TreeNode:
 
 
 def _tree_value(
-    feature: Int[Array, "nodes"],
-    threshold: Float[Array, "nodes"],
+    feature: Int[Array, " nodes"],
+    threshold: Float[Array, " nodes"],
     leaf: Float[Array, "leaves outputs"],
     rows: Float[Array, "rows d"],
 ) -> Float[Array, "outputs rows"]:

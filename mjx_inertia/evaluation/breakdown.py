@@ -36,7 +36,7 @@ class Level:
 
     value: float
     label: str
-    rows: Bool[np.ndarray, "n"]
+    rows: Bool[np.ndarray, " n"]
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def breakdown(evaluation: Evaluation, condition: str, target: str) -> tuple[Brea
     return tuple(rows)
 
 
-def condition_values(evaluation: Evaluation, condition: str) -> Float[np.ndarray, "n"]:
+def condition_values(evaluation: Evaluation, condition: str) -> Float[np.ndarray, " n"]:
     """Values of one of `CONDITIONS`; the mass is the true one."""
     if condition not in CONDITIONS:
         raise ValueError(f"condition is {condition!r}; choose one of {CONDITIONS}")
@@ -109,7 +109,7 @@ def condition_values(evaluation: Evaluation, condition: str) -> Float[np.ndarray
     return np.asarray(getattr(evaluation.conditions, condition), float)
 
 
-def condition_levels(values: Float[np.ndarray, "n"]) -> tuple[Level, ...]:
+def condition_levels(values: Float[np.ndarray, " n"]) -> tuple[Level, ...]:
     """Levels of `values`, rising: each distinct value, or eight bins where there are more."""
     rounded = np.array([float(f"{value:.{_SIGNIFICANT_DIGITS}g}") for value in values])
     known = np.isfinite(rounded)

@@ -49,8 +49,8 @@ class VariationGroup:
     """
 
     name: str
-    mass_error_percent: Float[np.ndarray, "n"]
-    inertia_error_percent: Float[np.ndarray, "n"]
+    mass_error_percent: Float[np.ndarray, " n"]
+    inertia_error_percent: Float[np.ndarray, " n"]
 
 
 @styled()

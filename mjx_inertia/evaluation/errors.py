@@ -74,17 +74,17 @@ class TargetErrors:
     """
 
     target: str
-    truth: Float[np.ndarray, "n"]
-    estimate: Float[np.ndarray, "n"]
-    sigma: Float[np.ndarray, "n"]
-    failed: Bool[np.ndarray, "n"]
-    left_out: Bool[np.ndarray, "n"]
-    signed_percent: Float[np.ndarray, "n"]
-    relative_percent: Float[np.ndarray, "n"]
-    signed_mm: Float[np.ndarray, "n"] | None
+    truth: Float[np.ndarray, " n"]
+    estimate: Float[np.ndarray, " n"]
+    sigma: Float[np.ndarray, " n"]
+    failed: Bool[np.ndarray, " n"]
+    left_out: Bool[np.ndarray, " n"]
+    signed_percent: Float[np.ndarray, " n"]
+    relative_percent: Float[np.ndarray, " n"]
+    signed_mm: Float[np.ndarray, " n"] | None
 
     @property
-    def used(self) -> Bool[np.ndarray, "n"]:
+    def used(self) -> Bool[np.ndarray, " n"]:
         """Rows that have a percentage."""
         return ~(self.failed | self.left_out)
 
@@ -120,7 +120,7 @@ def target_errors(evaluation: Evaluation, target: str) -> TargetErrors:
     )
 
 
-def true_values(evaluation: Evaluation, target: str) -> Float[np.ndarray, "n"]:
+def true_values(evaluation: Evaluation, target: str) -> Float[np.ndarray, " n"]:
     """True values of one of `TARGETS`, SI units, float64."""
     if target in COM_TARGETS:
         return np.asarray(evaluation.truth.com, float)[:, COM_TARGETS.index(target)]

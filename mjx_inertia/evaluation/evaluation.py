@@ -36,7 +36,7 @@ class Evaluation:
     estimate: Estimate
     truth: PushTruth
     conditions: PushConditions
-    push_status: Int[Array, "n"] | Int[np.ndarray, "n"] | None = None
+    push_status: Int[Array, " n"] | Int[np.ndarray, " n"] | None = None
     object_labels: Mapping[int, str] | None = None
 
     def __post_init__(self) -> None:

@@ -39,8 +39,8 @@ class Calibration:
 
 
 def bootstrap_mean(
-    values: Float[np.ndarray, "n"],
-    groups: Int[np.ndarray, "n"],
+    values: Float[np.ndarray, " n"],
+    groups: Int[np.ndarray, " n"],
     *,
     seed: int,
     resamples: int = 1000,
@@ -71,16 +71,16 @@ def bootstrap_mean(
 
 
 def z_scores(
-    truth: Float[np.ndarray, "n"],
-    estimate: Float[np.ndarray, "n"],
-    sigma: Float[np.ndarray, "n"],
-) -> Float[np.ndarray, "m"]:
+    truth: Float[np.ndarray, " n"],
+    estimate: Float[np.ndarray, " n"],
+    sigma: Float[np.ndarray, " n"],
+) -> Float[np.ndarray, " m"]:
     """(truth - estimate)/sigma of the rows whose three values are finite and sigma positive."""
     usable = np.isfinite(truth) & np.isfinite(estimate) & np.isfinite(sigma) & (sigma > 0)
     return (truth[usable] - estimate[usable]) / sigma[usable]
 
 
-def calibrate(z: Float[np.ndarray, "m"]) -> Calibration:
+def calibrate(z: Float[np.ndarray, " m"]) -> Calibration:
     """Calibration figures of z-scores; NaN where there are none."""
     if not z.size:
         return Calibration(0, np.nan, np.nan, np.nan)

@@ -28,12 +28,12 @@ class Examples:
     """
 
     features: Float[Array, "n d"]
-    status: Int[Array, "n"]
+    status: Int[Array, " n"]
     truth: PushTruth | None
     columns: tuple[str, ...] = struct.field(pytree_node=False)
 
 
-def take(examples: Examples, indices: Int[AnyArray, "m"] | Bool[AnyArray, "n"]) -> Examples:
+def take(examples: Examples, indices: Int[AnyArray, " m"] | Bool[AnyArray, " n"]) -> Examples:
     """Rows of `examples` by index or by mask."""
     rows = jnp.asarray(indices)
     return jax.tree.map(lambda leaf: jnp.asarray(leaf)[rows], examples)

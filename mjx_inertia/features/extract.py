@@ -28,14 +28,14 @@ class FeatureSet:
     """Names of the features under given settings, and the features of one push."""
 
     names: Callable[[FeatureSettings], tuple[str, ...]]
-    compute: Callable[[Signals], Float[Array, "d"]]
+    compute: Callable[[Signals], Float[Array, " d"]]
 
 
 def _onset_names(settings: FeatureSettings) -> tuple[str, ...]:
     return windows_names(settings) + onset_names(settings)
 
 
-def _onset(push: Signals) -> Float[Array, "d"]:
+def _onset(push: Signals) -> Float[Array, " d"]:
     return jnp.concatenate([windows(push), onset(push)])
 
 
@@ -61,10 +61,10 @@ def feature_names(feature_set: str, settings: FeatureSettings = DEFAULT) -> tupl
 @partial(jax.jit, static_argnames=("feature_set", "settings"))
 def _rows(
     records: PushRecord, feature_set: str, settings: FeatureSettings
-) -> tuple[Float[Array, "n d"], Bool[Array, "n"]]:
+) -> tuple[Float[Array, "n d"], Bool[Array, " n"]]:
     compute = FEATURE_SETS[feature_set].compute
 
-    def one(record: PushRecord) -> tuple[Float[Array, "d"], Bool[Array, ""]]:
+    def one(record: PushRecord) -> tuple[Float[Array, " d"], Bool[Array, ""]]:
         push = signals(record, settings)
         return jnp.where(push.usable, compute(push), 0.0), push.usable
 

@@ -59,7 +59,9 @@ def _ratio(
     return above / jnp.where(below < 0, jnp.minimum(below, -least), jnp.maximum(below, least))
 
 
-def overlap(push: Signals, begin: Float[Array, "b"], end: Float[Array, "b"]) -> Float[Array, "b t"]:
+def overlap(
+    push: Signals, begin: Float[Array, " b"], end: Float[Array, " b"]
+) -> Float[Array, "b t"]:
     """Seconds that each sampling interval shares with each bin; zero outside contact."""
     first, last = push.elapsed, push.elapsed + push.interval
     shared = jnp.minimum(last, end[:, None]) - jnp.maximum(first, begin[:, None])

@@ -62,8 +62,8 @@ class Signals:
     values: Float[Array, "t 8"]
     displacement: Float[Array, "t 3"]
     tip_path: Float[Array, ""]
-    valid: Bool[Array, "t"]
-    elapsed: Float[Array, "t"]
+    valid: Bool[Array, " t"]
+    elapsed: Float[Array, " t"]
     interval: Float[Array, ""]
     usable: Bool[Array, ""]
 
@@ -77,13 +77,13 @@ def _rotate(angle: Float[AnyArray, "*n"], p: Float[AnyArray, "2"]) -> Float[Arra
     return jnp.stack([cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]], axis=-1)
 
 
-def _percentile_95(values: Float[Array, "t"], inside: Bool[Array, "t"]) -> Float[Array, ""]:
+def _percentile_95(values: Float[Array, " t"], inside: Bool[Array, " t"]) -> Float[Array, ""]:
     ordered = jnp.sort(jnp.where(inside, values, jnp.inf))
     rank = jnp.int32(0.95 * (jnp.sum(inside) - 1))
     return jnp.where(jnp.any(inside), ordered[jnp.maximum(rank, 0)], 0.0)
 
 
-def contact_start(record: PushRecord, fraction: float, inside: Bool[Array, "t"]) -> Int[Array, ""]:
+def contact_start(record: PushRecord, fraction: float, inside: Bool[Array, " t"]) -> Int[Array, ""]:
     """First sample of contact, 0 where there is none; `fraction` as in `FeatureSettings`."""
     force = jnp.linalg.norm(record.force, axis=-1)
     speed = jnp.linalg.norm(record.tip_velocity, axis=-1)

@@ -12,6 +12,7 @@ In: MJX model and data after `make_constraint`. Out: accelerations and constrain
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import jax
 import jax.numpy as jnp
@@ -217,7 +218,7 @@ def _newton_step(
 def solve(
     model: mjx.Model,
     data: mjx.Data,
-    smooth: Float[Array, "nv"],
+    smooth: Float[Array, " nv"],
     prescribed: tuple[int, ...] = (),
     iterations: int = 20,
     line_search: int = 5,
@@ -269,4 +270,7 @@ def solve(
             efc_force = efc_force.at[index].set(value)
     qacc = jnp.zeros(nv, a[0].dtype).at[np.array(free)].set(jnp.stack(a))
     qfrc = (data._impl.efc_J * efc_force[:, None]).sum(0)
-    return data.tree_replace({"qacc": qacc, "qfrc_constraint": qfrc, "_impl.efc_force": efc_force})
+    solved = data.tree_replace(
+        {"qacc": qacc, "qfrc_constraint": qfrc, "_impl.efc_force": efc_force}
+    )
+    return cast(mjx.Data, solved)

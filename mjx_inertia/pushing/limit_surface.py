@@ -40,7 +40,7 @@ def contact_velocity(twist: Float[Array, "3"], lever: Float[Array, "2"]) -> Floa
 def frictional_load(
     twist: Float[Array, "3"],
     points: Float[Array, "n 2"],
-    normal_force: Float[Array, "n"],
+    normal_force: Float[Array, " n"],
     friction: Float[Array, ""] | float,
 ) -> Float[Array, "3"]:
     """Load of the table on the object for any pressure distribution. Thesis Eq. 3.6.
@@ -63,7 +63,7 @@ def frictional_load(
 
 
 def support_radius(
-    points: Float[Array, "n 2"], normal_force: Float[Array, "n"]
+    points: Float[Array, "n 2"], normal_force: Float[Array, " n"]
 ) -> Float[Array, ""]:
     """C = m_max / f_max of a pressure distribution, m: mean distance from the CoM. Errata 5."""
     return jnp.sum(jnp.linalg.norm(points, axis=-1) * normal_force) / jnp.sum(normal_force)
@@ -77,7 +77,7 @@ def ellipsoid(
 
 
 def load_to_twist(load: Float[Array, "3"], c: Float[Array, ""] | float) -> Float[Array, "3"]:
-    """Direction of motion under an applied load on the ellipsoid, not normalised. Thesis Eq. 3.8."""
+    """Direction of motion under a load on the ellipsoid, not normalised. Thesis Eq. 3.8."""
     return load / jnp.stack([jnp.ones(()), jnp.ones(()), jnp.asarray(c) ** 2])
 
 

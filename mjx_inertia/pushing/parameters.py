@@ -76,7 +76,7 @@ def object_parameters(
 
 def _inverse_weights(
     scene: Scene, p: PushParameters
-) -> tuple[Float[Array, "2"], Float[Array, "d"]]:
+) -> tuple[Float[Array, "2"], Float[Array, " d"]]:
     """`body_invweight0` and `dof_invweight0` of the object (engine_setconst.c, set0)."""
     c, inverse = p.com, 1.0 / p.inertia
     if scene.planar:

@@ -147,7 +147,7 @@ def simulate(
 
 def _record(
     signals: Sample,
-    planned: Int[np.ndarray, "n"],
+    planned: Int[np.ndarray, " n"],
     rate: float,
     contact_point: AnyArray,
     contact_normal: AnyArray,

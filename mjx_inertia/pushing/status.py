@@ -28,12 +28,12 @@ def _release(record: PushRecord, rate: float) -> np.ndarray:
     return np.where(lost, last + 1, length)
 
 
-def push_length(record: PushRecord, rate: float) -> Int[np.ndarray, "n"]:
+def push_length(record: PushRecord, rate: float) -> Int[np.ndarray, " n"]:
     """Samples up to the end of the push or of the contact, whichever comes first."""
     return _release(record, rate).astype(np.int32)
 
 
-def push_status(record: PushRecord, rate: float) -> Int[np.ndarray, "n"]:
+def push_status(record: PushRecord, rate: float) -> Int[np.ndarray, " n"]:
     """Status of each simulated push; the gravest one where several apply."""
     valid = _valid(record)
     pose, force = np.asarray(record.pose), np.asarray(record.force)

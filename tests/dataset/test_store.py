@@ -92,7 +92,7 @@ def test_a_full_disk_keeps_what_is_stored(tmp_path, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(zarr, "create_group", full)
-        with pytest.raises(StoreError, match="No space left.*1 of 3 blocks are stored"):
+        with pytest.raises(StoreError, match=r"No space left.*1 of 3 blocks are stored"):
             write_block(store, 1, record(6))
     assert store.missing() == [1, 2]
     read_block(store, 0)

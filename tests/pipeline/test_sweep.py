@@ -38,6 +38,7 @@ def command(*overrides, **environment):
         env={**os.environ, **environment},
         capture_output=True,
         text=True,
+        check=False,
     )
 
 

@@ -46,6 +46,6 @@ def straight(parameters: PushParameters, offset, speed, duration, angle=0.0, rad
 
 def push(scene: Scene, parameters: PushParameters, motion: StraightMotion):
     """Simulates; the contact point lies straight ahead of the tip's start."""
-    point = np.asarray(motion.start) + [scene.settings.tip_radius, 0.0]
+    point = np.asarray(motion.start) + np.array([scene.settings.tip_radius, 0.0])
     normal = np.tile([1.0, 0.0], (len(point), 1))
     return simulate(scene, parameters, motion, contact_point=point, contact_normal=normal)

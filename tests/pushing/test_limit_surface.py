@@ -80,7 +80,7 @@ def test_modes_change_at_the_edges_of_the_motion_cone():
         outside = pushed_twist(edge + outward * side, lever, normal, 0.3, 0.06)
         assert inside.mode == ContactMode.STICKING
         assert outside.mode == mode
-        np.testing.assert_allclose(inside.twist, outside.twist, rtol=0.02, atol=1e-3)
+        np.testing.assert_allclose(inside.twist, outside.twist, rtol=0.05, atol=1e-3)
     away = pushed_twist(jnp.array([-1.0, 0.1]), lever, normal, 0.3, 0.06)
     assert away.mode == ContactMode.SEPARATING
     np.testing.assert_array_equal(away.twist, 0.0)
@@ -92,13 +92,15 @@ def test_the_simulated_scene_obeys_the_laws_at_low_speed(scene_of):
     offset = np.array([-0.5, -0.2, 0.0, 0.2, 0.5, 0.3, -0.3, 0.1])
     angle = np.array([0.0, 0.1, 0.2, -0.1, 0.0, 0.9, -0.9, 0.7])
     record = push(scene_of(), parameters, straight(parameters, offset, 0.01, 6.0, angle))
-    modes = set()
+    modes, half = set(), np.asarray(parameters.half_extents)[:, 0]
     for i in range(8):
         for t in range(100, 600, 100):
             yaw = float(record.pose[i, t, 2])
             normal = jnp.array([np.cos(yaw), np.sin(yaw)])
             tip = record.tip_position[i, t] - record.pose[i, t, :2]
             lever = jnp.asarray(tip) + 0.005 * normal
+            if abs(lever[1] * normal[0] - lever[0] * normal[1]) > 0.95 * half[i]:
+                continue  # at the corner the normal is not that of the face
             told = pushed_twist(
                 jnp.asarray(record.tip_velocity[i, t]),
                 lever,
