@@ -8,6 +8,7 @@ of the 18 new cubes from a single push at the contact point that served it best.
 """
 
 import sys
+import zlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,8 @@ def vary(
     dataset = settings.dataset
     assert isinstance(dataset, SimulatedSettings)
     assert isinstance(dataset.generate.protocol, Cubes30Protocol)
+    if "forest" not in settings.estimators:
+        raise ValueError("the ±30 % study is about the forest; run with it in estimator.names")
     evaluation = next(e for e in result.evaluations if e.estimator == "forest")
     cube, point = nominal(evaluation)
     cubes = [
@@ -67,7 +70,7 @@ def vary(
         for step in STEPS
     ]
     protocol = replace(dataset.generate.protocol, cubes=tuple(cubes))
-    path = folder / f"variation-{settings.seed}.zarr"
+    path = folder / f"variation-{zlib.crc32(repr((protocol, settings.seed)).encode()):08x}.zarr"
     source = simulated_source(
         replace(
             dataset, splits=(), generate=replace(dataset.generate, path=path, protocol=protocol)

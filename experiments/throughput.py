@@ -13,6 +13,7 @@ import platform
 import resource
 import statistics
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 
@@ -59,7 +60,10 @@ def rival_batches(scene: Scene, plans: list[PushPlan]) -> list[tuple[mujoco.batc
         for i in range(len(plan)):
             model = recompile(scene, jax.tree.map(lambda x, i=i: x[i], plan.parameters))
             model.body_mass[scene.tip_body] = 1e9
-            model.opt.tolerance = 1e-8  # MuJoCo's own: it stops when converged
+            # MuJoCo's own tolerance, in the scale of the object: with the tip's mass in that scale
+            # the solver would stop before it has begun
+            model.opt.tolerance = 1e-8
+            model.stat.meaninertia = float(plan.parameters.mass[i])
             models.append(model)
         batch = mujoco.batch.Batch(models[0], len(plan), os.cpu_count() or 1)
         batch.set_models(models)
@@ -105,6 +109,7 @@ def main() -> None:
     """Measures, prints the median and spread of both, and one JSON line."""
     options = dict(a.split("=") for a in sys.argv[1:])
     pushes, repeats = int(options.get("pushes", 2400)), int(options.get("repeats", 5))
+    jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure()
     whole = cubes_plan(CubesProtocol(), seed=0)
     plan = take(whole, np.linspace(0, FULL - 1, pushes).round().astype(int))

@@ -35,11 +35,12 @@ def run_experiment(name: str, overrides: Sequence[str], extra: Extra | None = No
         settings, text = compose([f"experiment={name}", *overrides])
         runtime.configure(settings.devices)
         result = run_sweep(settings)
+        if result is None:
+            raise ValueError("the store lacks other shards; run without dataset.shard")
+        write_outputs(folder, result, text)  # kept whatever becomes of the extra
+        sections, entries = extra(settings, result, folder) if extra else ((), {})
     except (ValueError, RuntimeError, FileNotFoundError) as error:
         raise SystemExit(f"error: {error}") from None
-    if result is None:
-        raise SystemExit("error: the store lacks other shards; run without dataset.shard")
-    sections, entries = extra(settings, result, folder) if extra else ((), {})
     print(write_outputs(folder, result, text, sections))
     for note in result.source.notes:
         print(note)

@@ -9,6 +9,13 @@ from pathlib import Path
 import jax
 
 
+def cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def configure(devices: int | None = None, *, float64: bool = False) -> None:
     """Shares CPU work over host devices and keeps compiled programs on disk.
 
@@ -16,7 +23,9 @@ def configure(devices: int | None = None, *, float64: bool = False) -> None:
       devices: host devices to split a CPU into (all cores if None); without effect on GPUs.
       float64: compute in double precision: for identification and checks, not for data.
     """
-    jax.config.update("jax_num_cpu_devices", devices or len(os.sched_getaffinity(0)))
+    wanted = devices or cores()
+    if jax.config.jax_num_cpu_devices != wanted:  # it cannot change once JAX has begun
+        jax.config.update("jax_num_cpu_devices", wanted)
     jax.config.update("jax_enable_x64", float64)
     if not jax.config.jax_compilation_cache_dir:
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")

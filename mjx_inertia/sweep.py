@@ -6,7 +6,6 @@ pushes that it has not seen, and writes `results.csv` and a self-contained `repo
 
 import logging
 import os
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,7 +190,7 @@ def _own_sections(result: SweepResult) -> list[Section]:
         Section(
             "What a robot measures",
             sample_signals(result.shown, pushes),
-            "Signals of some pushes (thesis Fig. 3.4), without sensor noise removed or added.",
+            "Some pushes as the estimators see them, sensor noise included (thesis Fig. 3.4).",
         )
     ]
     for (split, name), fitted in result.fitted.items():
@@ -210,8 +209,7 @@ def _devices_of_job(config: DictConfig) -> int | None:
     if config.devices:
         return config.devices
     jobs = HydraConfig.get().launcher.get("n_jobs") or 1
-    cores = len(os.sched_getaffinity(0))
-    return max(1, cores // jobs) if jobs > 0 else 1
+    return max(1, runtime.cores() // jobs) if jobs > 0 else 1
 
 
 @hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name="sweep")
@@ -227,7 +225,7 @@ def main(config: DictConfig) -> None:
             return
         table = write_outputs(folder, result, OmegaConf.to_yaml(config, resolve=True))
     except (StoreError, McubeFileError, ValueError, FileNotFoundError) as error:
-        if "-v" in sys.argv or os.environ.get("HYDRA_FULL_ERROR"):
+        if os.environ.get("HYDRA_FULL_ERROR"):
             raise
         raise SystemExit(f"error: {error}") from None
     print(table)

@@ -21,7 +21,13 @@ from mjx_inertia.dataset.source import (
     measured_source,
     simulated_source,
 )
-from mjx_inertia.dataset.splits import Split, grouped_split, leave_one_object_out, thesis_split
+from mjx_inertia.dataset.splits import (
+    Split,
+    bodies_split,
+    grouped_split,
+    leave_one_object_out,
+    thesis_split,
+)
 from mjx_inertia.dataset.store import (
     PushStore,
     StoreError,
@@ -50,6 +56,7 @@ __all__ = [
     "Split",
     "StoreError",
     "add_noise",
+    "bodies_split",
     "cubes30_plan",
     "cubes_plan",
     "generate",

@@ -47,6 +47,17 @@ class GenerateSettings:
     block: int = 600
     shard: str = "0/1"
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for settings that contradict each other."""
+        if self.block < 1:
+            raise ValueError(f"dataset.block={self.block}: must be at least 1")
+        radii = self.protocol.tip_radius, self.scene.tip_radius
+        if radii[0] != radii[1]:
+            raise ValueError(
+                f"dataset.protocol.tip_radius={radii[0]} and dataset.scene.tip_radius={radii[1]}: "
+                "one places the tip and the other makes it; set both"
+            )
+
     def config(self) -> dict:
         """What decides the signals."""
         return {

@@ -13,13 +13,27 @@ from mjx_inertia.pushing import PushRecord
 from mjx_inertia.spatial import AnyArray
 
 
+def _contact_lever(record: PushRecord) -> Float[Array, "t 2"]:
+    """From the object-frame origin to the material point that was touched first, m, world."""
+    turn = record.pose[:, 2] - record.pose[0, 2]
+    arm = record.contact_point - record.pose[0, :2]
+    cos, sin = jnp.cos(turn), jnp.sin(turn)
+    return jnp.stack([cos * arm[0] - sin * arm[1], sin * arm[0] + cos * arm[1]], -1)
+
+
+def _cross(lever: Float[Array, "t 2"], force: Float[AnyArray, "t 2"]) -> Float[Array, " t"]:
+    return lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0]
+
+
 def _noisy(key: PRNGKeyArray, record: PushRecord, spread: float) -> PushRecord:
     """One push: every measured value is off by a normal error of sigma = spread/3 of it.
 
-    Positions are measured from where the push began: an error in proportion to the distance from
-    the world's origin would be none of a sensor's.
+    Moment and velocity are measured at the contact, where the sensor is, and carried over to the
+    tracker's origin: an error in proportion to their values at that origin, which in simulation is
+    the CoM, would give the CoM away. Positions are measured from where the push began: an error in
+    proportion to the distance from the world's origin would be none of a sensor's.
     """
-    keys = iter(jax.random.split(key, 6))
+    keys = iter(jax.random.split(key, 7))
 
     def scale(x: Float[AnyArray, "..."]) -> Float[Array, "..."]:
         error = jax.random.normal(next(keys), x.shape, x.dtype)
@@ -28,10 +42,16 @@ def _noisy(key: PRNGKeyArray, record: PushRecord, spread: float) -> PushRecord:
     def displace(x: Float[AnyArray, "t d"]) -> Float[Array, "t d"]:
         return x[0] + scale(x - x[0])
 
+    lever = _contact_lever(record)
+    across = jnp.stack([-lever[:, 1], lever[:, 0]], -1)
+    spin = record.twist[:, 2]
+    force, noisy_spin = scale(record.force), scale(spin)
+    moment = scale(record.moment - _cross(lever, record.force)) + _cross(lever, force)
+    velocity = scale(record.twist[:, :2] + spin[:, None] * across) - noisy_spin[:, None] * across
     return record.replace(
-        force=scale(record.force),
-        moment=scale(record.moment),
-        twist=scale(record.twist),
+        force=force,
+        moment=moment,
+        twist=jnp.concatenate([velocity, noisy_spin[:, None]], -1),
         tip_velocity=scale(record.tip_velocity),
         pose=displace(record.pose),
         tip_position=displace(record.tip_position),

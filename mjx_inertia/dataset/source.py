@@ -13,7 +13,13 @@ import numpy as np
 from mjx_inertia.dataset.batch import PushBatch, PushConditions, PushTruth
 from mjx_inertia.dataset.generate import GenerateSettings, generate
 from mjx_inertia.dataset.mcube_folder import load_mcube_folder
-from mjx_inertia.dataset.splits import Split, grouped_split, leave_one_object_out, thesis_split
+from mjx_inertia.dataset.splits import (
+    Split,
+    bodies_split,
+    grouped_split,
+    leave_one_object_out,
+    thesis_split,
+)
 from mjx_inertia.dataset.store import read_batches
 from mjx_inertia.objects import load_mcube_objects
 
@@ -48,8 +54,8 @@ class SimulatedSettings:
     Attributes:
       name: of the dataset.
       generate: the pushes and their store.
-      splits: any of `thesis` and `grouped`.
-      grouped_share: of the objects that the grouped split keeps for the test.
+      splits: any of `thesis`, `grouped` and `bodies`.
+      grouped_share: of the objects that the last two keep for the test.
       spread: of the sensor noise, three standard deviations over the value.
     """
 
@@ -70,7 +76,10 @@ class SimulatedSettings:
             return thesis_split(np.asarray(truth.mass), seed)
         if name == "grouped":
             return grouped_split(np.asarray(conditions.object_id), seed, self.grouped_share)
-        raise ValueError(f"dataset.splits has {name!r}: choose from 'thesis' and 'grouped'")
+        if name == "bodies":
+            mass, size = np.asarray(truth.mass), np.asarray(conditions.size)
+            return bodies_split(mass, size, seed, self.grouped_share)
+        raise ValueError(f"dataset.splits has {name!r}: choose 'thesis', 'grouped' or 'bodies'")
 
 
 @dataclass(frozen=True)
@@ -113,8 +122,8 @@ def measured_source(settings: MeasuredSettings, *, progress: bool = True) -> Sou
     objects = load_mcube_objects(settings.objects)
     folder = load_mcube_folder(settings.root, objects, settings.rate, progress=progress)
     notes = [
-        f"{len(folder.files)} real pushes of {len(folder.objects)} objects: a subset of the "
-        "published M-dataset, so no figure here is one of the whole."
+        f"{len(folder.files)} real pushes of {len(folder.objects)} objects below {settings.root}; "
+        "unless that is the whole published M-dataset, no figure here is one of the whole."
     ]
     if folder.failures:
         listed = "; ".join(f"{f.file}: {f.reason}" for f in folder.failures[:20])

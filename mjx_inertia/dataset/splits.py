@@ -70,8 +70,31 @@ def grouped_split(object_id: Int[np.ndarray, " n"], seed: int, share: float = TE
     return Split(
         "grouped",
         "on cubes never pushed in training",
-        f"all pushes of {len(chosen)} of {len(objects)} cubes, none of them seen in training",
+        f"all pushes of {len(chosen)} of {len(objects)} cubes; a cube is a mass, a size and a "
+        "friction, and this combination is absent from training",
         (_fold(np.isin(object_id, chosen)),),
+    )
+
+
+def bodies_split(
+    mass: Float[np.ndarray, " n"],
+    size: Float[np.ndarray, " n"],
+    seed: int,
+    share: float = TEST_SHARE,
+) -> Split:
+    """All pushes of a share of the bodies, whatever they slide on: no test mass and size is seen.
+
+    The cubes of the `grouped` split are (mass, friction, size), so their mass and size occur in
+    training on other tables; here they do not.
+    """
+    pairs = np.stack([mass, size], 1)
+    body = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1)
+    (fold,) = grouped_split(body, seed, share).folds
+    return Split(
+        "bodies",
+        "on masses and sizes never pushed in training, on any table",
+        f"all pushes of {share:.0%} of the {body.max() + 1} pairs of mass and size",
+        (fold,),
     )
 
 

@@ -33,6 +33,14 @@ _SIGNALS = ("force", "moment", "pose", "twist", "tip_position", "tip_velocity", 
 _COMPRESSORS = (BloscCodec(cname="lz4", clevel=1, shuffle="bitshuffle"), Crc32cCodec())
 
 
+# What a lost chunk reads as; no signal is all of it.
+_MISSING = {"f": float("nan"), "i": -1}
+
+
+def _is_missing(values: np.ndarray) -> bool:
+    return bool(np.isnan(values).all() if values.dtype.kind == "f" else (values == -1).all())
+
+
 class StoreError(RuntimeError):
     """A store that cannot be used as asked; the message says what to do."""
 
@@ -71,7 +79,8 @@ class PushStore:
 
     def missing(self, blocks: range | None = None) -> list[int]:
         """Blocks that are not stored yet."""
-        return [b for b in blocks or range(self.blocks) if not self.has(b)]
+        todo = range(self.blocks) if blocks is None else blocks
+        return [b for b in todo if not self.has(b)]
 
 
 def _leaves(plan: PushPlan) -> dict[str, np.ndarray]:
@@ -183,12 +192,16 @@ def write_block(store: PushStore, block: int, record: PushRecord) -> None:
     try:
         group = zarr.create_group(temporary)
         for name in _SIGNALS:
-            group.create_array(
+            values = np.asarray(getattr(record, name))
+            array = group.create_array(
                 name,
-                data=np.asarray(getattr(record, name)),
-                chunks=getattr(record, name).shape,
+                shape=values.shape,
+                dtype=values.dtype,
+                chunks=values.shape,
                 compressors=_COMPRESSORS,
+                fill_value=_MISSING[values.dtype.kind],
             )
+            array[...] = values
         os.rename(temporary, final)
     except OSError as error:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -213,6 +226,9 @@ def read_block(store: PushStore, block: int) -> PushRecord:
     try:
         group = zarr.open_group(path, mode="r")
         signals = {name: np.asarray(group[name]) for name in _SIGNALS}
+        lost = [k for k, v in signals.items() if v.size and _is_missing(v)]
+        if lost:
+            raise ValueError(f"no values of {lost[0]}")
     except (OSError, KeyError, ValueError, RuntimeError) as error:
         raise StoreError(
             f"{path}: damaged ({error}); remove this folder and run again to simulate it anew"

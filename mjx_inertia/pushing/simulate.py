@@ -24,7 +24,9 @@ from mjx_inertia.pushing.status import push_length, push_status
 from mjx_inertia.spatial import AnyArray
 
 SEGMENT = 125  # samples: the four speeds of the data take 2, 3, 6 and 12 segments
-BLOCK_PER_DEVICE = 1000  # pushes; large enough to vectorise, small enough for the cache
+# Pushes: on a CPU large enough to vectorise and small enough for the cache.
+BLOCK_PER_DEVICE = {"cpu": 1000}
+_BLOCK_ON_ACCELERATOR = 16_384
 
 _GRAIN = 50  # pushes; fewer take no less time
 # LLVM's first level compiles twice as fast as its second, and the program is as fast.
@@ -123,7 +125,8 @@ def simulate(
     rate = scene.settings.rate
     planned = np.ceil(np.round(np.asarray(motion.duration) * rate, 3)).astype(int)
     devices = _programs(scene)[2]
-    block = devices * _rounded(min(BLOCK_PER_DEVICE, -(-n // devices)))
+    most = BLOCK_PER_DEVICE.get(jax.default_backend(), _BLOCK_ON_ACCELERATOR)
+    block = devices * _rounded(min(most, -(-n // devices)))
     longest = int(planned.max())
     signals: Sample | None = None
     order = np.argsort(planned, kind="stable")

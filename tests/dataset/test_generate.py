@@ -18,6 +18,7 @@ from mjx_inertia.dataset import (
     open_store,
     read_block,
 )
+from mjx_inertia.pushing import SceneSettings
 
 PROTOCOL = CubesProtocol(
     mass=Range(1.0, 4.0, 4),
@@ -95,6 +96,19 @@ def test_nothing_left_to_do_is_no_work(tmp_path, reference):
     generate(settings, progress=False)
     assert time.monotonic() - before < 5
     assert all((r.status == 0).all() for r in signals(path))
+
+
+def test_more_shards_than_blocks_leave_some_without_work(tmp_path):
+    path = tmp_path / "s.zarr"
+    store = generate(GenerateSettings(path, PROTOCOL, block=400, shard="0/2"), progress=False)
+    assert store.missing() == [0]
+
+
+def test_settings_that_contradict_each_other_are_named(tmp_path):
+    with pytest.raises(ValueError, match="tip_radius"):
+        GenerateSettings(tmp_path, PROTOCOL, SceneSettings(tip_radius=0.01))
+    with pytest.raises(ValueError, match=r"dataset\.block=0"):
+        GenerateSettings(tmp_path, PROTOCOL, block=0)
 
 
 @pytest.mark.parametrize("shard", ["2/2", "-1/2", "half", "1"])

@@ -5,6 +5,7 @@ import pytest
 
 from mjx_inertia.dataset import (
     CubesProtocol,
+    bodies_split,
     cubes_plan,
     grouped_split,
     leave_one_object_out,
@@ -31,6 +32,13 @@ def test_grouped_split_keeps_each_cube_on_one_side():
         cubes = PLAN.conditions.object_id
         assert not set(cubes[train]) & set(cubes[test])
         assert len(test) == 4800
+
+
+def test_bodies_split_shares_no_mass_and_size():
+    (train, test) = bodies_split(PLAN.truth.mass, PLAN.conditions.size, seed=0).folds[0]
+    bodies = np.stack([PLAN.truth.mass, PLAN.conditions.size], 1)
+    assert not {*map(tuple, bodies[train])} & {*map(tuple, bodies[test])}
+    assert len(test) == 4800
 
 
 def test_leave_one_object_out_tests_each_push_once_without_its_object():

@@ -100,7 +100,7 @@ def test_a_full_disk_keeps_what_is_stored(tmp_path, monkeypatch):
     assert store.missing() == []
 
 
-@pytest.mark.parametrize("damage", ["truncated", "flipped", "removed"])
+@pytest.mark.parametrize("damage", ["truncated", "flipped", "removed", "metadata"])
 def test_a_damaged_chunk_is_named_and_can_be_mended(tmp_path, damage):
     store = make(tmp_path / "s.zarr")
     fill(store)
@@ -111,6 +111,8 @@ def test_a_damaged_chunk_is_named_and_can_be_mended(tmp_path, damage):
     elif damage == "flipped":
         content[len(content) // 2] ^= 0xFF
         chunk.write_bytes(content)
+    elif damage == "removed":
+        chunk.unlink()
     else:
         (store.block_path(1) / "force" / "zarr.json").unlink()
     with pytest.raises(StoreError, match=r"00001: damaged.*remove this folder and run again"):
@@ -149,6 +151,7 @@ def test_noise_is_a_matter_of_key_and_push_alone(tmp_path):
     parts = list(read_batches(fine, spread=0.12, key=key))
     joined = np.concatenate([p.records.force for p in parts])
     np.testing.assert_array_equal(one.records.force, joined)
+    assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(one.records))
     ratio = np.asarray(one.records.force / whole.force).ravel() - 1
     assert ratio.std() == pytest.approx(0.04, rel=0.15)
     assert abs(ratio.mean()) < 0.01
