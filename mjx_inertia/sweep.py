@@ -4,7 +4,6 @@ Simulates (or reads) pushes, takes features, fits every estimator on every split
 pushes that it has not seen, and writes `results.csv` and a self-contained `report.html`.
 """
 
-import logging
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -46,8 +45,6 @@ from mjx_inertia.evaluation import (
 from mjx_inertia.features import Examples, concatenate, examples, take
 from mjx_inertia.pushing import PushRecord, PushStatus
 from mjx_inertia.settings import CONFIGS, SweepSettings, from_config, register_defaults
-
-log = logging.getLogger(__name__)
 
 THESIS_TABLE_3_3 = Published(
     "thesis, Table 3.3",
@@ -221,7 +218,7 @@ def main(config: DictConfig) -> None:
         result = run_sweep(settings)
         folder = Path(HydraConfig.get().runtime.output_dir)
         if result is None:
-            log.info("shard %s is done; the store waits for the others", config.dataset.shard)
+            print(f"shard {config.dataset.shard} is done; the store waits for the others")
             return
         table = write_outputs(folder, result, OmegaConf.to_yaml(config, resolve=True))
     except (StoreError, McubeFileError, ValueError, FileNotFoundError) as error:
