@@ -16,8 +16,14 @@ def execute(*command):
 
 @pytest.mark.parametrize(
     "command",
-    [("ruff", "check", "."), ("ruff", "format", "--check", "."), ("pyright",), ("lint-imports",)],
-    ids=" ".join,
+    [
+        ("ruff", "check", "."),
+        ("ruff", "format", "--check", "."),
+        # without a path pyright asks whichever python is first on PATH where the packages are
+        ("pyright", "--pythonpath", sys.executable),
+        ("lint-imports",),
+    ],
+    ids=lambda command: " ".join(command[:2]),
 )
 def test_static_check(command):
     run = execute(BIN / command[0], *command[1:])
