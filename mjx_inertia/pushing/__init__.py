@@ -1,5 +1,6 @@
 """The MJX experiment: an object on a table, pushed by a tip."""
 
+from mjx_inertia.pushing.differentiable_step import differentiable_step
 from mjx_inertia.pushing.motion import Motion, SampledMotion, StraightMotion
 from mjx_inertia.pushing.parameters import (
     PushParameters,
@@ -11,12 +12,14 @@ from mjx_inertia.pushing.parameters import (
 from mjx_inertia.pushing.record import PushRecord, PushStatus
 from mjx_inertia.pushing.scene import Scene, build_scene, build_spec
 from mjx_inertia.pushing.settings import SceneSettings
+from mjx_inertia.pushing.setup import PushSetup, measured_motion
 from mjx_inertia.pushing.simulate import simulate
 
 __all__ = [
     "Motion",
     "PushParameters",
     "PushRecord",
+    "PushSetup",
     "PushStatus",
     "SampledMotion",
     "Scene",
@@ -24,6 +27,8 @@ __all__ = [
     "StraightMotion",
     "build_scene",
     "build_spec",
+    "differentiable_step",
+    "measured_motion",
     "object_parameters",
     "recompile",
     "resting_height",

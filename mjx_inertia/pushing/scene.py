@@ -19,6 +19,7 @@ from mjx_inertia.pushing.settings import (
     IMPRATIO,
     TIP_MASS,
     TIP_SOLIMP,
+    TIP_SOLREF_FRICTION,
     SceneSettings,
 )
 
@@ -167,6 +168,7 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
             geomname2=name,
             condim=3,
             solref=(0.02, 1.0),
+            solreffriction=TIP_SOLREF_FRICTION,
             solimp=TIP_SOLIMP,
         )
     for i, name in enumerate(feet or hull):

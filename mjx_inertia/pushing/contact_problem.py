@@ -1,0 +1,212 @@
+"""MuJoCo's constraint problem with elliptic cones, as a convex function of the acceleration.
+
+The acceleration a minimises ½ (a - a_smooth)ᵀ M (a - a_smooth) + Σ s(J a - a_ref) (MuJoCo
+documentation, "Computation: primal problem"). Constraints of one kind and dimension stand side by
+side and every small operation is written out, so that a batch of scenes vectorises.
+
+In: MJX model and data after `make_constraint`. Out: `ContactProblem`, the forces of its rows, the
+gradient and the Hessian of its cost. It knows nothing of pushes.
+"""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+from flax import struct
+from jaxtyping import Array, Float
+
+from mjx_inertia.pushing.quiet_mjx import mjx
+from mjx_inertia.pushing.small_linalg import Vector, dot, matvec
+
+TINY = 1e-15  # below this squared slip the direction of friction is undefined
+
+
+@struct.dataclass
+class Constraints:
+    """All constraints of one kind, side by side: every array has one entry a constraint.
+
+    Attributes:
+      jacobian: one list of columns (the free degrees of freedom) for each row of a constraint.
+      reference: reference acceleration of each row.
+      weight: D, the inverse of the regularisation, of each row.
+      scale: [mu, friction_1, ...]: makes the cone circular.
+      rows: where each row of each constraint stands among the rows of MJX.
+      bilateral: holds in both directions (an equality), else only pushes (a contact, a limit).
+    """
+
+    jacobian: list[list[Array]]
+    reference: list[Array]
+    weight: list[Array]
+    scale: list[Array]
+    rows: tuple[tuple[int, ...], ...] = struct.field(pytree_node=False)
+    bilateral: bool = struct.field(pytree_node=False)
+
+
+@struct.dataclass
+class ContactProblem:
+    """The problem of one scene, over its free degrees of freedom.
+
+    Attributes:
+      mass: M, a list of rows.
+      smooth: M a_smooth, the generalised force without constraints, N and N m.
+      constraints: by kind.
+      free: indices of the free degrees of freedom.
+    """
+
+    mass: list[list[Array]]
+    smooth: list[Array]
+    constraints: list[Constraints]
+    free: tuple[int, ...] = struct.field(pytree_node=False)
+
+
+def read_problem(
+    model: mjx.Model,
+    data: mjx.Data,
+    smooth: Float[Array, " nv"],
+    prescribed: tuple[int, ...] = (),
+) -> ContactProblem:
+    """The problem that MJX's data describe.
+
+    Args:
+      model: the MJX model, with `cone="elliptic"`.
+      data: MJX data with mass matrix and constraint rows filled in.
+      smooth: generalised force without constraints, (nv,), N and N m.
+      prescribed: degrees of freedom that move at constant velocity whatever acts on them.
+
+    Raises:
+      ValueError: for another cone, or for joints or tendons with friction loss.
+    """
+    if int(model.opt.cone) != int(mujoco.mjtCone.mjCONE_ELLIPTIC):
+        raise ValueError('the contact problem needs a model with option cone="elliptic"')
+    efc, contact = data._impl, data._impl.contact
+    if int(efc.nf):
+        raise ValueError("joints and tendons with frictionloss are not handled: set it to 0")
+    free = tuple(j for j in range(model.nv) if j not in prescribed)
+    address, dimensions = np.asarray(contact.efc_address), np.asarray(contact.dim)
+    first = int(efc.ne) + int(efc.nl)
+
+    def group(index: np.ndarray, rows: Sequence[np.ndarray], bilateral: bool) -> Constraints:
+        friction = [contact.friction[index, i] for i in range(len(rows) - 1)]
+        one = jnp.ones(len(rows[0]), efc.efc_J.dtype)
+        mu = friction[0] / jnp.sqrt(model.opt.impratio) if friction else one
+        return Constraints(
+            jacobian=[[efc.efc_J[r, j] for j in free] for r in rows],
+            reference=[efc.efc_aref[r] for r in rows],
+            weight=[efc.efc_D[r] for r in rows],
+            scale=[mu, *friction],
+            rows=tuple(tuple(int(i) for i in r) for r in rows),
+            bilateral=bilateral,
+        )
+
+    none = np.zeros(0, int)
+    groups = [
+        group(none, [rows], bilateral)
+        for rows, bilateral in (
+            (np.arange(int(efc.ne)), True),
+            (np.arange(int(efc.ne), first), False),
+        )
+        if len(rows)
+    ]
+    for dimension in sorted({int(d) for d in dimensions}):
+        index = np.flatnonzero(dimensions == dimension)
+        groups.append(group(index, [address[index] + i for i in range(dimension)], False))
+    full = mjx.full_m(model, data)
+    return ContactProblem(
+        mass=[[full[i, j] for j in free] for i in free],
+        smooth=[smooth[j] for j in free],
+        constraints=groups,
+        free=free,
+    )
+
+
+def slip(c: Constraints, acceleration: Vector) -> list[Array]:
+    """J a - a_ref of each row of each constraint of a kind."""
+    spread = [a[None] for a in acceleration]
+    return [dot(j, spread) - ref for j, ref in zip(c.jacobian, c.reference, strict=True)]
+
+
+def cone(c: Constraints, slip: Vector) -> tuple[list[Array], list[list[Array]]]:
+    """Force of each row and the second derivative of the cost, at `slip` = J a - a_ref.
+
+    The three zones of the elliptic cone (mujoco/src/engine/engine_core_constraint.c,
+    mj_constraintUpdate): open, quadratic (all rows stuck), and the cone's surface in between.
+    """
+    if c.bilateral:
+        return [-c.weight[0] * slip[0]], [[c.weight[0]]]
+    mu = c.scale[0]
+    u = [s * x for s, x in zip(c.scale, slip, strict=True)]
+    normal = u[0]
+    tangent_sq = dot(u[1:], u[1:]) if len(u) > 1 else jnp.zeros_like(normal)
+    slides = tangent_sq > TINY
+    inverse_tangent = jax.lax.rsqrt(jnp.where(slides, tangent_sq, 1.0))
+    tangent = jnp.where(slides, tangent_sq * inverse_tangent, 0.0)
+    stuck = jnp.where(slides, mu * normal + tangent <= 0, normal < 0)
+    surface = slides & (normal < mu * tangent) & ~stuck
+    # cost on the surface: ½ d (N - mu T)²
+    d = jnp.where(surface, c.weight[0] / (mu * mu * (1 + mu * mu)), 0.0)
+    weight = [jnp.where(stuck, w, 0.0) for w in c.weight]
+    normal_force = -d * (normal - mu * tangent) * mu
+    force = [-w * x for w, x in zip(weight, slip, strict=True)]
+    force[0] = force[0] + normal_force
+    for i in range(1, len(u)):
+        force[i] = force[i] - normal_force * inverse_tangent * u[i] * c.scale[i]
+    outer = mu * normal * inverse_tangent**3
+    diagonal = mu * mu - mu * normal * inverse_tangent
+    hessian: list[list[Array]] = []
+    for i in range(len(u)):
+        row = []
+        for j in range(i + 1):
+            if i == 0:
+                h = jnp.ones_like(mu)
+            elif j == 0:
+                h = -mu * inverse_tangent * u[i]
+            else:
+                h = outer * u[i] * u[j] + (diagonal if i == j else 0.0)
+            h = h * d * c.scale[i] * c.scale[j]
+            row.append(h + weight[i] if i == j else h)
+        hessian.append(row)
+    return force, [[hessian[max(i, j)][min(i, j)] for j in range(len(u))] for i in range(len(u))]
+
+
+def smooth_gradient(problem: ContactProblem, a: Vector) -> list[Array]:
+    """M a - M a_smooth."""
+    return [m - f for m, f in zip(matvec(problem.mass, a), problem.smooth, strict=True)]
+
+
+def gradient(problem: ContactProblem, a: Vector) -> list[Array]:
+    """Gradient of the cost, M (a - a_smooth) - Jᵀ f: zero at the acceleration."""
+    total = smooth_gradient(problem, a)
+    for c in problem.constraints:
+        force, _ = cone(c, slip(c, a))
+        for j in range(len(a)):
+            total[j] = total[j] - dot([row[j] for row in c.jacobian], force).sum()
+    return total
+
+
+def gradient_and_hessian(
+    problem: ContactProblem, a: Vector
+) -> tuple[list[Array], list[list[Array]]]:
+    """Gradient and the lower half of the Hessian of the cost (the upper half holds M)."""
+    total = smooth_gradient(problem, a)
+    hessian = [list(row) for row in problem.mass]
+    for c in problem.constraints:
+        force, curvature = cone(c, slip(c, a))
+        columns = [[row[j] for row in c.jacobian] for j in range(len(a))]
+        curved = [matvec(curvature, column) for column in columns]
+        for j, column in enumerate(columns):
+            total[j] = total[j] - dot(column, force).sum()
+            for i in range(j + 1):
+                hessian[j][i] = hessian[j][i] + dot(column, curved[i]).sum()
+    return total, hessian
+
+
+def row_forces(problem: ContactProblem, a: Vector, rows: int) -> Float[Array, " rows"]:
+    """Force of every constraint row, in MJX's order."""
+    force = jnp.zeros(rows, a[0].dtype)
+    for c in problem.constraints:
+        values, _ = cone(c, slip(c, a))
+        for index, value in zip(c.rows, values, strict=True):
+            force = force.at[np.array(index)].set(value)
+    return force

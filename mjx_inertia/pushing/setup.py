@@ -1,0 +1,50 @@
+"""What an experimenter knows of a push before it: where things were and how the tip went.
+
+In: a plan or a measured record. Out: `PushSetup`; no inertial parameter is in it.
+"""
+
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Float, Int
+
+from mjx_inertia.pushing.motion import Motion, SampledMotion
+from mjx_inertia.pushing.record import PushRecord
+from mjx_inertia.spatial import AnyArray
+
+
+@struct.dataclass
+class PushSetup:
+    """The known part of one push (or, with a leading axis, of many).
+
+    Attributes:
+      motion: of the tip.
+      pose: x, y (m) and yaw (rad) of the object frame at the start, world.
+      half_extents: of the object's bounding box, m: what a camera sees of it.
+      friction_radius: c of the limit surface that the outline has under uniform pressure, m.
+      shape: which of the known outlines the object has.
+    """
+
+    motion: Motion
+    pose: Float[AnyArray, "*n 3"]
+    half_extents: Float[AnyArray, "*n 3"]
+    friction_radius: Float[AnyArray, "*n"]
+    shape: Int[AnyArray, "*n"]
+
+
+def measured_motion(record: PushRecord) -> SampledMotion:
+    """The path that the tip was seen to take, from one sampling interval before the first sample.
+
+    Args:
+      record: of one push, or of many with a leading axis; the tip is taken to move at its first
+        velocity until the first sample.
+    """
+    time, tip = jnp.asarray(record.time), jnp.asarray(record.tip_position)
+    interval = time[..., 1] - time[..., 0]
+    start = tip[..., 0, :] - jnp.asarray(record.tip_velocity)[..., 0, :] * interval[..., None]
+    offsets = jnp.concatenate([jnp.zeros_like(start)[..., None, :], tip - start[..., None, :]], -2)
+    return SampledMotion(
+        start=start,
+        offsets=offsets,
+        interval=interval,
+        duration=interval * jnp.asarray(record.length),
+    )
