@@ -106,7 +106,12 @@ def _dataset(raw: dict[str, Any], seed: int) -> SimulatedSettings | MeasuredSett
         shard=str(raw["shard"]),
     )
     return SimulatedSettings(
-        raw["name"], generate, tuple(raw["splits"]), raw["grouped_share"], raw["spread"]
+        name=raw["name"],
+        generate=generate,
+        splits=tuple(raw["splits"]),
+        grouped_share=raw["grouped_share"],
+        spread=raw["spread"],
+        floor=raw["floor"],
     )
 
 

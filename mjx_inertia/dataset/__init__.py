@@ -5,7 +5,7 @@ from mjx_inertia.dataset.generate import GenerateSettings, generate, provenance
 from mjx_inertia.dataset.mcube import load_mcube
 from mjx_inertia.dataset.mcube_folder import McubeFailure, McubeFolder, load_mcube_folder
 from mjx_inertia.dataset.mcube_name import McubeFileError, McubePush, parse_name
-from mjx_inertia.dataset.noise import add_noise
+from mjx_inertia.dataset.noise import SensorNoise, add_noise
 from mjx_inertia.dataset.plan import (
     Cubes30Protocol,
     CubesProtocol,
@@ -14,6 +14,7 @@ from mjx_inertia.dataset.plan import (
     cubes30_plan,
     cubes_plan,
 )
+from mjx_inertia.dataset.quasistatic_files import SlowPushes, load_block, load_quasistatic
 from mjx_inertia.dataset.source import (
     MeasuredSettings,
     SimulatedSettings,
@@ -51,7 +52,9 @@ __all__ = [
     "PushStore",
     "PushTruth",
     "Range",
+    "SensorNoise",
     "SimulatedSettings",
+    "SlowPushes",
     "Source",
     "Split",
     "StoreError",
@@ -62,8 +65,10 @@ __all__ = [
     "generate",
     "grouped_split",
     "leave_one_object_out",
+    "load_block",
     "load_mcube",
     "load_mcube_folder",
+    "load_quasistatic",
     "measured_source",
     "open_store",
     "parse_name",

@@ -7,7 +7,7 @@ In: records and what is known about them. Out: `PushBatch`. Only `fit` on the tr
 from flax import struct
 from jaxtyping import Float, Int
 
-from mjx_inertia.pushing import PushRecord
+from mjx_inertia.pushing import PushRecord, PushSetup
 from mjx_inertia.spatial import AnyArray
 
 
@@ -49,8 +49,9 @@ class PushConditions:
 
 @struct.dataclass
 class PushBatch:
-    """Records, truth and conditions with one leading axis."""
+    """Records, truth and conditions with one leading axis, and what was known before the push."""
 
     records: PushRecord
     truth: PushTruth
     conditions: PushConditions
+    setup: PushSetup | None = None

@@ -4,6 +4,7 @@ In: noiseless records and a key. Out: the same records as a noisy sensor would g
 """
 
 import functools
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +12,36 @@ from jaxtyping import Array, Float, PRNGKeyArray, UInt
 
 from mjx_inertia.pushing import PushRecord
 from mjx_inertia.spatial import AnyArray
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Independent normal errors of a standard deviation of `spread / 3` of the value plus a floor.
+
+    Attributes:
+      spread: three standard deviations over the value (0.05: the ±5 % of the thesis).
+      floor: times the floors below (0: an error in proportion alone, as in the thesis; a signal
+        that is nearly zero is then measured nearly exactly, which no sensor does).
+      force: floor, N.
+      moment: N m, about the point of contact.
+      velocity: of the contact point and of the tip, m/s.
+      spin: rad/s.
+      position: m.
+      yaw: rad.
+    """
+
+    spread: float = 0.05
+    floor: float = 0.0
+    force: float = 0.02
+    moment: float = 2e-4
+    velocity: float = 2e-4
+    spin: float = 2e-3
+    position: float = 1e-4
+    yaw: float = 1e-3
+
+    def sigma(self, value: Float[AnyArray, "*n"], floor: float) -> Float[Array, "*n"]:
+        """Standard deviation of the error at a value, one of the floors being given."""
+        return self.spread / 3 * jnp.abs(jnp.asarray(value)) + self.floor * floor
 
 
 def _contact_lever(record: PushRecord) -> Float[Array, "t 2"]:
@@ -25,55 +56,61 @@ def _cross(lever: Float[Array, "t 2"], force: Float[AnyArray, "t 2"]) -> Float[A
     return lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0]
 
 
-def _noisy(key: PRNGKeyArray, record: PushRecord, spread: float) -> PushRecord:
-    """One push: every measured value is off by a normal error of sigma = spread/3 of it.
+def _noisy(key: PRNGKeyArray, record: PushRecord, noise: SensorNoise) -> PushRecord:
+    """One push: every measured value is off by a normal error.
 
     Moment and velocity are measured at the contact, where the sensor is, and carried over to the
     tracker's origin: an error in proportion to their values at that origin, which in simulation is
     the CoM, would give the CoM away. Positions are measured from where the push began: an error in
     proportion to the distance from the world's origin would be none of a sensor's.
     """
-    keys = iter(jax.random.split(key, 7))
+    keys = iter(jax.random.split(key, 8))
 
-    def scale(x: Float[AnyArray, "..."]) -> Float[Array, "..."]:
+    def measured(x: Float[AnyArray, "..."], floor: float) -> Float[Array, "..."]:
         error = jax.random.normal(next(keys), x.shape, x.dtype)
-        return jnp.asarray(x) * (1 + spread / 3 * error)
+        return jnp.asarray(x) + noise.sigma(x, floor) * error
 
-    def displace(x: Float[AnyArray, "t d"]) -> Float[Array, "t d"]:
-        return x[0] + scale(x - x[0])
+    def displaced(x: Float[AnyArray, "t d"], floor: float) -> Float[Array, "t d"]:
+        return x[0] + measured(x - x[0], floor)
 
     lever = _contact_lever(record)
     across = jnp.stack([-lever[:, 1], lever[:, 0]], -1)
     spin = record.twist[:, 2]
-    force, noisy_spin = scale(record.force), scale(spin)
-    moment = scale(record.moment - _cross(lever, record.force)) + _cross(lever, force)
-    velocity = scale(record.twist[:, :2] + spin[:, None] * across) - noisy_spin[:, None] * across
+    force, noisy_spin = measured(record.force, noise.force), measured(spin, noise.spin)
+    about_contact = measured(record.moment - _cross(lever, record.force), noise.moment)
+    at_contact = measured(record.twist[:, :2] + spin[:, None] * across, noise.velocity)
     return record.replace(
         force=force,
-        moment=moment,
-        twist=jnp.concatenate([velocity, noisy_spin[:, None]], -1),
-        tip_velocity=scale(record.tip_velocity),
-        pose=displace(record.pose),
-        tip_position=displace(record.tip_position),
+        moment=about_contact + _cross(lever, force),
+        twist=jnp.concatenate([at_contact - noisy_spin[:, None] * across, noisy_spin[:, None]], -1),
+        tip_velocity=measured(record.tip_velocity, noise.velocity),
+        pose=jnp.concatenate(
+            [
+                displaced(record.pose[:, :2], noise.position),
+                displaced(record.pose[:, 2:], noise.yaw),
+            ],
+            -1,
+        ),
+        tip_position=displaced(record.tip_position, noise.position),
     )
 
 
-@functools.partial(jax.jit, static_argnames="spread")
+@functools.partial(jax.jit, static_argnames="noise")
 def add_noise(
-    records: PushRecord, index: UInt[Array, " n"], spread: float, *, key: PRNGKeyArray
+    records: PushRecord, index: UInt[Array, " n"], noise: SensorNoise, *, key: PRNGKeyArray
 ) -> PushRecord:
     """Adds sensor noise to many pushes.
 
     Args:
       records: noiseless, leading axis n.
       index: number of each push in its dataset: its noise depends on this and the key alone.
-      spread: three standard deviations over the value (0.05: the ±5 % of the thesis).
+      noise: of the sensors.
       key: of the noise.
 
     Returns:
       The noisy records.
     """
     keys = jax.vmap(functools.partial(jax.random.fold_in, key))(index)
-    return jax.vmap(functools.partial(_noisy, spread=spread))(
+    return jax.vmap(functools.partial(_noisy, noise=noise))(
         keys, jax.tree.map(jnp.asarray, records)
     )

@@ -13,7 +13,7 @@ from flax import struct
 from jaxtyping import Float
 
 from mjx_inertia.dataset.batch import PushConditions, PushTruth
-from mjx_inertia.pushing import PushParameters, StraightMotion
+from mjx_inertia.pushing import PushParameters, PushSetup, StraightMotion
 from mjx_inertia.spatial import AnyArray
 
 # Torsional over sliding friction of a uniformly loaded square of edge 1 (errata 5).
@@ -247,6 +247,18 @@ def cubes30_plan(p: Cubes30Protocol, seed: int) -> PushPlan:
 def take(plan: PushPlan, index: np.ndarray) -> PushPlan:
     """The pushes of `plan` at `index`."""
     return jax.tree.map(lambda x: np.asarray(x)[index], plan)
+
+
+def known_setup(plan: PushPlan) -> PushSetup:
+    """What the experimenter knows of planned pushes; all have the one outline of the scene."""
+    n = len(plan)
+    return PushSetup(
+        motion=plan.motion,
+        pose=np.zeros((n, 3)),
+        half_extents=plan.parameters.half_extents,
+        friction_radius=plan.parameters.friction_radius,
+        shape=np.zeros(n, np.int32),
+    )
 
 
 def _by_duration(plan: PushPlan) -> PushPlan:

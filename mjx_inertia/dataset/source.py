@@ -13,6 +13,7 @@ import numpy as np
 from mjx_inertia.dataset.batch import PushBatch, PushConditions, PushTruth
 from mjx_inertia.dataset.generate import GenerateSettings, generate
 from mjx_inertia.dataset.mcube_folder import load_mcube_folder
+from mjx_inertia.dataset.noise import SensorNoise
 from mjx_inertia.dataset.splits import (
     Split,
     bodies_split,
@@ -21,7 +22,8 @@ from mjx_inertia.dataset.splits import (
     thesis_split,
 )
 from mjx_inertia.dataset.store import read_batches
-from mjx_inertia.objects import load_mcube_objects
+from mjx_inertia.objects import ObjectModel, cube, friction_radius, load_mcube_objects
+from mjx_inertia.pushing import PushSetup, measured_motion
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,7 @@ class Source:
       splits: folds of row numbers.
       object_labels: names of objects by `object_id`; empty where they have none.
       notes: what a reader of the results must know, one sentence each.
+      shapes: known outlines that the pushes' setup refers to.
     """
 
     name: str
@@ -45,6 +48,7 @@ class Source:
     splits: tuple[Split, ...]
     object_labels: Mapping[int, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    shapes: tuple[ObjectModel, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,7 @@ class SimulatedSettings:
       splits: any of `thesis`, `grouped` and `bodies`.
       grouped_share: of the objects that the last two keep for the test.
       spread: of the sensor noise, three standard deviations over the value.
+      floor: of the sensor noise, times the floors of `SensorNoise`.
     """
 
     name: str
@@ -64,6 +69,7 @@ class SimulatedSettings:
     splits: tuple[str, ...] = ("thesis", "grouped")
     grouped_share: float = 0.1
     spread: float = 0.05
+    floor: float = 0.0
 
     def split(self, name: str, truth: PushTruth, conditions: PushConditions) -> Split:
         """The split of that name.
@@ -108,12 +114,14 @@ def simulated_source(settings: SimulatedSettings, *, progress: bool = True) -> S
         return None
     truth, conditions = store.plan.truth, store.plan.conditions
     key = jax.random.key(settings.generate.seed + 1)
+    noise = SensorNoise(settings.spread, settings.floor)
     return Source(
         name=settings.name,
-        batches=lambda: read_batches(store, spread=settings.spread, key=key),
+        batches=lambda: read_batches(store, noise=noise, key=key),
         truth=truth,
         conditions=conditions,
         splits=tuple(settings.split(name, truth, conditions) for name in settings.splits),
+        shapes=(cube(0.15, 1.0),),
     )
 
 
@@ -131,6 +139,8 @@ def measured_source(settings: MeasuredSettings, *, progress: bool = True) -> Sou
     if folder.duplicates:
         notes.append(f"{len(folder.duplicates)} files repeat a push that was read before.")
     batch = folder.batch
+    shapes = tuple(objects[name] for name in folder.objects)
+    batch = batch.replace(setup=_measured_setup(batch, shapes))
     return Source(
         name=settings.name,
         batches=lambda: iter([batch]),
@@ -139,4 +149,18 @@ def measured_source(settings: MeasuredSettings, *, progress: bool = True) -> Sou
         splits=(leave_one_object_out(np.asarray(batch.conditions.object_id)),),
         object_labels=dict(enumerate(folder.objects)),
         notes=tuple(notes),
+        shapes=shapes,
+    )
+
+
+def _measured_setup(batch: PushBatch, shapes: tuple[ObjectModel, ...]) -> PushSetup:
+    """What was known of real pushes: the outlines, where things stood, and the tip's own path."""
+    shape = np.asarray(batch.conditions.object_id).astype(np.int32)
+    radius = [friction_radius(obj.outline, obj.center[:2]) for obj in shapes]
+    return PushSetup(
+        motion=measured_motion(batch.records),
+        pose=np.asarray(batch.records.pose)[:, 0],
+        half_extents=np.stack([obj.half_extents for obj in shapes])[shape],
+        friction_radius=np.asarray(radius)[shape],
+        shape=shape,
     )

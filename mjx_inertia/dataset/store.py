@@ -24,11 +24,11 @@ import zarr
 from zarr.codecs import BloscCodec, Crc32cCodec
 
 from mjx_inertia.dataset.batch import PushBatch
-from mjx_inertia.dataset.noise import add_noise
-from mjx_inertia.dataset.plan import CubesProtocol, PushPlan, Range, cubes_plan, take
+from mjx_inertia.dataset.noise import SensorNoise, add_noise
+from mjx_inertia.dataset.plan import CubesProtocol, PushPlan, Range, cubes_plan, known_setup, take
 from mjx_inertia.pushing import PushRecord
 
-FORMAT = 1
+FORMAT = 2  # 1 was simulated with contacts that chatter
 _SIGNALS = ("force", "moment", "pose", "twist", "tip_position", "tip_velocity", "length", "status")
 _COMPRESSORS = (BloscCodec(cname="lz4", clevel=1, shuffle="bitshuffle"), Crc32cCodec())
 
@@ -244,12 +244,12 @@ def read_block(store: PushStore, block: int) -> PushRecord:
     )
 
 
-def read_batches(store: PushStore, *, spread: float, key: jax.Array) -> Iterator[PushBatch]:
+def read_batches(store: PushStore, *, noise: SensorNoise, key: jax.Array) -> Iterator[PushBatch]:
     """All pushes of a complete store, block by block, with sensor noise.
 
     Args:
       store: a complete store.
-      spread: of the noise (0: none), see `add_noise`.
+      noise: of the sensors, see `add_noise`.
       key: of the noise; the same key gives the same noise whatever the blocks.
 
     Raises:
@@ -258,7 +258,7 @@ def read_batches(store: PushStore, *, spread: float, key: jax.Array) -> Iterator
     for block in range(store.blocks):
         rows = store.rows(block)
         records = read_block(store, block)
-        if spread > 0:
-            records = add_noise(records, rows.astype(np.uint32), spread, key=key)
+        if noise.spread > 0 or noise.floor > 0:
+            records = add_noise(records, rows.astype(np.uint32), noise, key=key)
         part = take(store.plan, rows)
-        yield PushBatch(records=records, truth=part.truth, conditions=part.conditions)
+        yield PushBatch(records, part.truth, part.conditions, known_setup(part))

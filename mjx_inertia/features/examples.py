@@ -13,6 +13,8 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.dataset import PushTruth
+from mjx_inertia.objects import ObjectModel
+from mjx_inertia.pushing import PushRecord, PushSetup
 from mjx_inertia.spatial import AnyArray
 
 
@@ -25,12 +27,18 @@ class Examples:
       status: the record's `PushStatus`; only `OK` rows are fitted.
       truth: what is to be estimated; None where it is not known, and ignored by `predict`.
       columns: the name of each feature.
+      records: the signals themselves, for estimators that need them; None where they were not kept.
+      setup: what was known before each push, kept with the records.
+      shapes: the known outlines that `setup.shape` counts.
     """
 
     features: Float[Array, "n d"]
     status: Int[Array, " n"]
     truth: PushTruth | None
     columns: tuple[str, ...] = struct.field(pytree_node=False)
+    records: PushRecord | None = None
+    setup: PushSetup | None = None
+    shapes: tuple[ObjectModel, ...] = struct.field(pytree_node=False, default=())
 
 
 def take(examples: Examples, indices: Int[AnyArray, " m"] | Bool[AnyArray, " n"]) -> Examples:

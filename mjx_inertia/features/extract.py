@@ -16,8 +16,10 @@ from mjx_inertia.dataset import PushBatch
 from mjx_inertia.features.examples import Examples
 from mjx_inertia.features.moments import moments, moments_names
 from mjx_inertia.features.onset import onset, onset_names
+from mjx_inertia.features.series import series, series_names
 from mjx_inertia.features.signals import FeatureSettings, Signals, signals
 from mjx_inertia.features.windows import windows, windows_names
+from mjx_inertia.objects import ObjectModel
 from mjx_inertia.pushing import PushRecord, PushStatus
 
 _BLOCK = 256  # pushes in flight: bounds memory at about 100 MB for pushes of 1,500 samples
@@ -42,6 +44,7 @@ def _onset(push: Signals) -> Float[Array, " d"]:
 FEATURE_SETS = {
     "windows": FeatureSet(windows_names, windows),
     "moments": FeatureSet(moments_names, moments),
+    "series": FeatureSet(series_names, series),
     "onset": FeatureSet(_onset_names, _onset),  # holds `windows` too
 }
 DEFAULT = FeatureSettings()
@@ -80,9 +83,22 @@ def extract(
 
 
 def examples(
-    pushes: PushBatch | PushRecord, feature_set: str, settings: FeatureSettings = DEFAULT
+    pushes: PushBatch | PushRecord,
+    feature_set: str,
+    settings: FeatureSettings = DEFAULT,
+    *,
+    keep_records: bool = False,
+    shapes: tuple[ObjectModel, ...] = (),
 ) -> Examples:
     """Pushes as rows, with truth if they are a `PushBatch`.
+
+    Args:
+      pushes: the records, or a batch of them.
+      feature_set: a name in `FEATURE_SETS`.
+      settings: how features are taken.
+      keep_records: keep the signals (and the setup) beside the features, for estimators that need
+        them; 35 kB a push.
+      shapes: outlines that the setup refers to.
 
     A push that is `OK` but has fewer than three samples in contact becomes `LOST_CONTACT`: its
     zeros must not pass for measurements.
@@ -98,4 +114,7 @@ def examples(
         status=jnp.where((status == PushStatus.OK) & ~usable, lost, status),
         truth=None if batch is None else batch.truth,
         columns=columns,
+        records=records if keep_records else None,
+        setup=batch.setup if keep_records and batch is not None else None,
+        shapes=shapes if keep_records else (),
     )

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 import zarr
 
-from mjx_inertia.dataset import CubesProtocol, Range, StoreError, cubes_plan, open_store
+from mjx_inertia.dataset import (
+    CubesProtocol,
+    Range,
+    SensorNoise,
+    StoreError,
+    cubes_plan,
+    open_store,
+)
 from mjx_inertia.dataset.store import create_store, read_batches, read_block, write_block
 from mjx_inertia.pushing import PushRecord
 
@@ -56,7 +63,7 @@ def test_what_is_written_is_read(tmp_path):
         read, written = read_block(again, block), record(len(again.rows(block)), seed=block)
         for name in ("time", "force", "pose", "length", "status"):
             np.testing.assert_array_equal(getattr(read, name), getattr(written, name))
-    batches = list(read_batches(again, spread=0.0, key=jax.random.key(0)))
+    batches = list(read_batches(again, noise=SensorNoise(0.0), key=jax.random.key(0)))
     assert sum(len(b.truth.mass) for b in batches) == 16
     np.testing.assert_array_equal(np.concatenate([b.truth.mass for b in batches]), PLAN.truth.mass)
 
@@ -147,8 +154,8 @@ def test_noise_is_a_matter_of_key_and_push_alone(tmp_path):
         rows = fine.rows(block)
         write_block(fine, block, jax.tree.map(lambda x, r=rows: x[r], whole))
     key = jax.random.key(9)
-    (one,) = read_batches(coarse, spread=0.12, key=key)
-    parts = list(read_batches(fine, spread=0.12, key=key))
+    (one,) = read_batches(coarse, noise=SensorNoise(0.12), key=key)
+    parts = list(read_batches(fine, noise=SensorNoise(0.12), key=key))
     joined = np.concatenate([p.records.force for p in parts])
     np.testing.assert_array_equal(one.records.force, joined)
     assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(one.records))
@@ -156,5 +163,5 @@ def test_noise_is_a_matter_of_key_and_push_alone(tmp_path):
     assert ratio.std() == pytest.approx(0.04, rel=0.15)
     assert abs(ratio.mean()) < 0.01
     np.testing.assert_array_equal(one.records.pose[:, 0], whole.pose[:, 0])
-    (other,) = read_batches(coarse, spread=0.12, key=jax.random.key(10))
+    (other,) = read_batches(coarse, noise=SensorNoise(0.12), key=jax.random.key(10))
     assert not np.array_equal(one.records.force, other.records.force)
