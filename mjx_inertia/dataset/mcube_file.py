@@ -17,7 +17,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from mjx_inertia.dataset.mcube_clock import sampling_times
 from mjx_inertia.dataset.mcube_name import McubeFileError
+from mjx_inertia.dataset.mcube_steps import without_steps
 
 _KEYS = ("object_pose", "tip_pose", "ft_wrench")
 _COLUMNS = {
@@ -79,23 +81,26 @@ def read_bytes(path: str | Path) -> bytes:
 def read_signals(content: bytes, file: str) -> McubeSignals:
     """Parses the content of `file`; the name's ending tells HDF5 from JSON.
 
-    Time stamps are sorted, repeated ones dropped (the first stays), bursts of delayed samples
-    spread over the gap before them, and yaw is unwrapped. Absolute
-    time is removed in float64: it counts seconds since 1970.
+    Stamps of arrival are sorted, repeated ones dropped (the first stays) and made the times of the
+    samples (`sampling_times`); yaw is unwrapped and small steps of a pose that comes at a steady
+    rate are taken out. Absolute time is removed in float64: it counts seconds since 1970.
 
     Raises:
       McubeFileError: not such a file, or a key missing, misshapen, too short or not finite.
     """
     tables = _json_tables if file.lower().endswith(".json") else _hdf5_tables
-    streams = {
+    cleaned = {
         key: _cleaned(_checked(table, key, file)) for key, table in tables(content, file).items()
     }
-    zero = max(stream.time[0] for stream in streams.values())
-    streams = {key: Signal(stream.time - zero, stream.value) for key, stream in streams.items()}
-    pose, tip, wrench = (streams[key] for key in _KEYS)
-    yaw = np.unwrap(pose.value[:, 2])
+    zero = max(stream.time[0] for stream, _ in cleaned.values())
+    pose, tip, wrench = (
+        Signal(cleaned[key][0].time - zero, cleaned[key][0].value) for key in _KEYS
+    )
+    value = np.column_stack([pose.value[:, :2], np.unwrap(pose.value[:, 2])])
+    if cleaned["object_pose"][1]:
+        value = without_steps(pose.time, value)
     return McubeSignals(
-        pose=Signal(pose.time, np.column_stack([pose.value[:, :2], yaw])),
+        pose=Signal(pose.time, value),
         tip=Signal(tip.time, tip.value[:, :2]),
         # tau_z is about the sensor, not the object: the moment comes from the contact point.
         force=Signal(wrench.time, -wrench.value[:, :2]),
@@ -154,26 +159,8 @@ def _checked(table: object, key: str, file: str) -> Float[ndarray, "n 4"]:
     return numbers
 
 
-def _cleaned(table: Float[ndarray, "n 4"]) -> Signal:
-    time, first = np.unique(table[:, 0], return_index=True)  # sorted; of equals the first
-    return Signal(_undelayed(time - time[0]) + time[0], table[first, 1:])
-
-
-def _undelayed(time: Float[ndarray, " n"]) -> Float[ndarray, " n"]:
-    """Moves back the stamps of samples that were held up and then came in a burst.
-
-    Samples are taken at a steady rate and stamped when they arrive, so none was taken later than
-    the stamp of a later one minus the samples between. Stamps within two spacings of that bound
-    are left alone: their jitter is not told from the motion.
-    """
-    gaps = np.diff(time)
-    spacing = float(min(np.median(gaps), gaps.mean()))  # of a rattling clock the mean is less
-    # Slightly short, so that the bound fades out over some forty samples if the rate drifts.
-    bound = _no_later(time, 0.95 * spacing)
-    return _no_later(np.where(time - bound > 2.0 * spacing, bound, time), 0.01 * spacing)
-
-
-def _no_later(time: Float[ndarray, " n"], step: float) -> Float[ndarray, " n"]:
-    """The latest times, none after its stamp, that keep at least `step` between successive ones."""
-    place = step * np.arange(len(time))
-    return np.minimum.accumulate((time - place)[::-1])[::-1] + place
+def _cleaned(table: Float[ndarray, "n 4"]) -> tuple[Signal, bool]:
+    """One stream on the times of its samples, and whether its clock is steady."""
+    stamps, first = np.unique(table[:, 0], return_index=True)  # sorted; of equals the first
+    clock = sampling_times(stamps)
+    return Signal(clock.time, table[first, 1:]), clock.steady
