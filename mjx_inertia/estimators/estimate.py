@@ -24,6 +24,10 @@ class EstimateStatus(enum.IntEnum):
 
     OK = 0
     BAD_INPUT = 1  # the push has no usable signals; mean and covariance are not finite
+    NOT_IDENTIFIABLE = 2  # the push does not tell the mass
+    AT_BOUND = 3  # a parameter of the body stands at its bound
+    NOT_CONVERGED = 4  # the model's signals stay away from the measured ones
+    DIVERGED = 5  # the simulation is not finite wherever the search came
 
 
 @struct.dataclass

@@ -18,13 +18,27 @@ from mjx_inertia.estimators.boosted import FittedBoosted
 from mjx_inertia.estimators.forest import FittedForest
 from mjx_inertia.estimators.log_linear import LogLinear
 from mjx_inertia.estimators.mean import FittedMean
+from mjx_inertia.estimators.mlp import FittedMlp
+from mjx_inertia.estimators.mlp_network import InputScale, Shape
+from mjx_inertia.estimators.newton import FittedNewton
 from mjx_inertia.estimators.training import TargetScale
 from mjx_inertia.estimators.trees import TreeEnsemble
 
 # Records that may be stored, and the records that they hold.
 STORED_TYPES: dict[str, type] = {
     kind.__name__: kind
-    for kind in (FittedMean, FittedForest, FittedBoosted, LogLinear, TargetScale, TreeEnsemble)
+    for kind in (
+        FittedMean,
+        FittedForest,
+        FittedBoosted,
+        FittedMlp,
+        FittedNewton,
+        InputScale,
+        LogLinear,
+        Shape,
+        TargetScale,
+        TreeEnsemble,
+    )
 }
 _FORMAT = "mjx_inertia fitted estimator"
 _VERSION = 1
@@ -88,13 +102,21 @@ def _take_apart(record: object, arrays: dict[str, np.ndarray]) -> dict[str, Any]
         value = getattr(record, field.name)
         if dataclasses.is_dataclass(value):
             fields[field.name] = _take_apart(value, arrays)
+        elif isinstance(value, dict):
+            fields[field.name] = {
+                "arrays": {key: _put(leaf, arrays) for key, leaf in value.items()}
+            }
         elif field.metadata.get("pytree_node", True):
-            name = f"array_{len(arrays)}"
-            arrays[name] = np.asarray(value)
-            fields[field.name] = {"array": name}
+            fields[field.name] = {"array": _put(value, arrays)}
         else:
             fields[field.name] = {"value": value}
     return {"type": kind, "fields": fields}
+
+
+def _put(value: Any, arrays: dict[str, np.ndarray]) -> str:
+    name = f"array_{len(arrays)}"
+    arrays[name] = np.asarray(value)
+    return name
 
 
 def _put_together(described: dict[str, Any], arrays: dict[str, np.ndarray]) -> object:
@@ -104,6 +126,8 @@ def _put_together(described: dict[str, Any], arrays: dict[str, np.ndarray]) -> o
             fields[name] = _put_together(field, arrays)
         elif "array" in field:
             fields[name] = jnp.asarray(arrays[field["array"]])
+        elif "arrays" in field:
+            fields[name] = {k: jnp.asarray(arrays[place]) for k, place in field["arrays"].items()}
         else:
             value = field["value"]
             fields[name] = tuple(value) if isinstance(value, list) else value
