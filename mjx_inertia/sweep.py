@@ -98,6 +98,7 @@ def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Example
     """Features of all pushes in one pass, one table for each feature set in use."""
     sets = {getattr(s, "features", None) or "onset" for s in settings.estimators.values()}
     parts: dict[str, list[Examples]] = {name: [] for name in sorted(sets)}
+    keep = any(ESTIMATORS[name].signals for name in settings.estimators)
     shown: PushRecord | None = None
     total = len(source.truth.mass)
     with tqdm(total=total, unit="push", desc="features", disable=not settings.progress) as bar:
@@ -105,7 +106,10 @@ def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Example
             if shown is None:
                 shown = _some_of(batch.records)
             for name, rows in parts.items():
-                rows.append(examples(batch, name, settings.features))
+                part = examples(
+                    batch, name, settings.features, keep_records=keep, shapes=source.shapes
+                )
+                rows.append(part)
             bar.update(len(batch.truth.mass))
     assert shown is not None
     return {name: concatenate(rows) for name, rows in parts.items()}, shown

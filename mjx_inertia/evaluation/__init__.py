@@ -19,6 +19,7 @@ from mjx_inertia.evaluation.errors import (
     target_errors,
 )
 from mjx_inertia.evaluation.evaluation import Evaluation, count_failures
+from mjx_inertia.evaluation.fit_figures import FitSignals, draw_fit, fit_signals
 from mjx_inertia.evaluation.intervals import (
     Calibration,
     Interval,
@@ -45,6 +46,7 @@ __all__ = [
     "BreakdownRow",
     "Calibration",
     "Evaluation",
+    "FitSignals",
     "Interval",
     "Published",
     "ReportContent",
@@ -60,10 +62,12 @@ __all__ = [
     "calibration_histograms",
     "com_error_mm",
     "count_failures",
+    "draw_fit",
     "draw_tree",
     "error_averages",
     "error_images",
     "errors_by_condition",
+    "fit_signals",
     "format_table",
     "leading_estimator",
     "percent_difference",

@@ -1,0 +1,104 @@
+"""Levenberg and Marquardt's method (optimistix), one step at a time, on normal equations.
+
+The simulation with its sensitivities is the dear part and is done by the caller, for the problems
+of a batch that are still under way; the steps here are small. In: `NormalEquations` at the point
+asked for. Out: `Progress` with the next point to evaluate. Written for one problem.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+from flax import struct
+from jaxtyping import Array, Bool, Float, PyTree
+
+from mjx_inertia.estimators.sysid.normal_equations import DIVERGED, NormalEquations, small_residual
+
+# In standard deviations of the beliefs, and of the residuals: below what a fit can tell.
+_ACCURACY = 1e-3
+# Cost that a Newton step would still gain: a step of 0.03 standard deviations of the answer.
+_DECREMENT = 5e-4
+_SOLVER = optx.LevenbergMarquardt(rtol=_ACCURACY, atol=_ACCURACY)
+
+
+@struct.dataclass
+class Progress:
+    """A search under way.
+
+    Attributes:
+      ask: the point whose normal equations the next step needs.
+      z: best point so far.
+      cost: there; infinite before the first step.
+      hessian: Gauss-Newton Hessian there.
+      done: nothing that matters is left to gain.
+      state: arrays of the solver.
+    """
+
+    ask: Float[Array, " p"]
+    z: Float[Array, " p"]
+    cost: Float[Array, ""]
+    hessian: Float[Array, "p p"]
+    done: Bool[Array, ""]
+    state: PyTree
+
+
+@jax.custom_jvp
+def _residual(z: Float[Array, " p"], equations: NormalEquations) -> Float[Array, " q"]:
+    """The small residual at the point that `equations` belong to."""
+    del z
+    return small_residual(equations)[0]
+
+
+@_residual.defjvp
+def _(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+    value, jacobian = small_residual(primals[1])
+    return value, jacobian @ tangents[0]
+
+
+def _function(z: Float[Array, " p"], equations: NormalEquations) -> tuple[Float[Array, " q"], None]:
+    return _residual(z, equations), None
+
+
+def _initial(z: Float[Array, " p"], equations: NormalEquations) -> PyTree:
+    shape = jax.ShapeDtypeStruct((z.shape[0] + 1,), z.dtype)
+    return _SOLVER.init(_function, z, equations, {}, shape, None, frozenset())
+
+
+def begin(z: Float[Array, " p"]) -> Progress:
+    """A search that has not evaluated anything yet."""
+    p = z.shape[0]
+    nothing = NormalEquations(jnp.zeros((), z.dtype), jnp.zeros_like(z), jnp.eye(p, dtype=z.dtype))
+    return Progress(
+        ask=z,
+        z=z,
+        cost=jnp.full((), jnp.inf, z.dtype),
+        hessian=jnp.eye(p, dtype=z.dtype),
+        done=jnp.array(False),
+        state=eqx.filter(_initial(z, nothing), eqx.is_array),
+    )
+
+
+def step(progress: Progress, equations: NormalEquations) -> Progress:
+    """One evaluation further: takes the point asked for if it is better, and asks for the next.
+
+    Args:
+      progress: of the search.
+      equations: normal equations at `progress.ask`, belief included.
+    """
+    static = eqx.filter(_initial(progress.z, equations), eqx.is_array, inverse=True)
+    state = eqx.combine(progress.state, static)
+    fixed = {"args": equations, "options": {}, "tags": frozenset()}
+    z, state, _ = _SOLVER.step(_function, progress.z, state=state, **fixed)
+    done, _ = _SOLVER.terminate(_function, z, state=state, **fixed)
+    better = jnp.isinf(progress.cost) | (equations.cost < progress.cost)
+    newton = jnp.linalg.solve(equations.hessian, equations.gradient)
+    sane = equations.cost < DIVERGED
+    at_minimum = better & sane & (0.5 * equations.gradient @ newton < _DECREMENT)
+    return Progress(
+        ask=state.y_eval,
+        z=z,
+        cost=jnp.where(better, equations.cost, progress.cost),
+        hessian=jnp.where(better, equations.hessian, progress.hessian),
+        done=done | at_minimum,
+        state=eqx.filter(state, eqx.is_array),
+    )

@@ -1,0 +1,167 @@
+"""What was measured in a push and how well, in the form that a simulation is compared with.
+
+Signals are taken where the sensors are: force, moment and velocity at the material point of the
+object that was touched first. How far that point is from the tracker's origin follows from the
+pose, so residuals use the simulated lever on both sides and noise of the pose does not leak in.
+
+In: a `PushRecord`. Out: `Observation`; residuals of one sample given the simulated one.
+"""
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float, Int
+
+from mjx_inertia.dataset import SensorNoise
+from mjx_inertia.estimators.sysid.settings import CHANNELS, SysidSettings
+from mjx_inertia.estimators.sysid.unknowns import Instrument
+from mjx_inertia.pushing import PushRecord, PushStatus
+from mjx_inertia.pushing.rollout import Sample
+from mjx_inertia.spatial import AnyArray
+
+WIDTH = 9  # f_x, f_y, m_c, u_cx, u_cy, w, x, y, yaw
+
+
+@struct.dataclass
+class Observation:
+    """One push as identification sees it; world axes.
+
+    Attributes:
+      force: N, (t, 2), on the object as the sensor gives it.
+      moment: about the object-frame origin, N m.
+      twist: of the object frame, m/s and rad/s.
+      pose: of the object frame, m and rad.
+      tip_acceleration: m/s², what the probe's mass feels.
+      arm: from the object-frame origin to the point that was touched first, at the start, m.
+      weight: inverse standard deviation of each residual; 0 where there is nothing to compare.
+      interval: between samples, s.
+      length: number of valid samples.
+    """
+
+    force: Float[AnyArray, "*n t 2"]
+    moment: Float[AnyArray, "*n t"]
+    twist: Float[AnyArray, "*n t 3"]
+    pose: Float[AnyArray, "*n t 3"]
+    tip_acceleration: Float[AnyArray, "*n t 2"]
+    arm: Float[AnyArray, "*n 2"]
+    weight: Float[AnyArray, "*n t 9"]
+    interval: Float[AnyArray, "*n"]
+    length: Int[AnyArray, "*n"]
+
+
+def _turned(angle: Float[AnyArray, "*n"], arm: Float[AnyArray, "2"]) -> Float[Array, "*n 2"]:
+    cos, sin = jnp.cos(angle), jnp.sin(angle)
+    return jnp.stack([cos * arm[0] - sin * arm[1], sin * arm[0] + cos * arm[1]], -1)
+
+
+def _at_contact(
+    lever: Float[AnyArray, "*n 2"],
+    force: Float[AnyArray, "*n 2"],
+    moment: Float[AnyArray, "*n"],
+    twist: Float[AnyArray, "*n 3"],
+) -> Float[Array, "*n 6"]:
+    """Force, moment about and velocity of the contact point, spin."""
+    about = moment - (lever[..., 0] * force[..., 1] - lever[..., 1] * force[..., 0])
+    spin = twist[..., 2:]
+    across = jnp.stack([-lever[..., 1], lever[..., 0]], -1)
+    return jnp.concatenate([force, about[..., None], twist[..., :2] + spin * across, spin], -1)
+
+
+def signal_values(
+    force: Float[AnyArray, "t 2"],
+    moment: Float[AnyArray, " t"],
+    twist: Float[AnyArray, "t 3"],
+    pose: Float[AnyArray, "t 3"],
+    start: Float[AnyArray, "3"],
+    arm: Float[AnyArray, "2"],
+) -> Float[Array, "t 9"]:
+    """The nine compared signals; positions from where the push began."""
+    lever = _turned(pose[:, 2] - start[2], arm)
+    return jnp.concatenate([_at_contact(lever, force, moment, twist), pose - start], -1)
+
+
+def standard_deviation(values: Float[AnyArray, "t 9"], noise: SensorNoise) -> Float[Array, "t 9"]:
+    """Of the errors of the nine signals at their values."""
+    floors = (
+        noise.force, noise.force, noise.moment, noise.velocity, noise.velocity, noise.spin,
+        noise.position, noise.position, noise.yaw,
+    )  # fmt: skip
+    columns = [noise.sigma(values[:, i], floor) for i, floor in enumerate(floors)]
+    return jnp.maximum(jnp.stack(columns, -1), 1e-9)
+
+
+def weights(
+    values: Float[AnyArray, "t 9"], length: Int[AnyArray, ""], settings: SysidSettings
+) -> Float[Array, "t 9"]:
+    """Inverse standard deviations; 0 beyond the push and for channels that are not fitted.
+
+    They are taken at values smoothed over five samples: at the measured ones, low readings would
+    weigh more than high ones and pull every estimate down.
+    """
+    padded = jnp.pad(jnp.abs(values), ((2, 2), (0, 0)), mode="edge")
+    values = jnp.stack([padded[i : i + len(values)] for i in range(5)]).mean(0)
+    columns = [c for name in settings.channels for c in CHANNELS[name]]
+    fitted = jnp.zeros(WIDTH).at[jnp.array(columns)].set(1.0)
+    inside = jnp.arange(len(values)) < length
+    return fitted * inside[:, None] / standard_deviation(values, settings.noise)
+
+
+def observe(record: PushRecord, settings: SysidSettings) -> Observation:
+    """One record as an observation; a push that may not be used or is not finite has no weight."""
+    record = jax.tree.map(lambda x: jnp.asarray(x, float) if x.dtype.kind == "f" else x, record)
+    start = record.pose[0]
+    arm = record.contact_point - start[:2]
+    values = signal_values(record.force, record.moment, record.twist, record.pose, start, arm)
+    inside = (jnp.arange(len(values)) < record.length)[:, None]
+    usable = jnp.all(jnp.isfinite(values) | ~inside) & (record.status == PushStatus.OK)
+    usable &= jnp.all(jnp.isfinite(record.contact_point))
+    interval = record.time[1] - record.time[0]
+    change = jnp.diff(jnp.asarray(record.tip_velocity), axis=0, prepend=record.tip_velocity[:1])
+    acceleration = change / interval
+
+    def clean(x: Float[AnyArray, "..."]) -> Float[Array, "..."]:
+        return jnp.where(jnp.isfinite(x), x, 0.0)
+
+    return Observation(
+        force=clean(record.force),
+        moment=clean(record.moment),
+        twist=clean(record.twist),
+        pose=clean(record.pose),
+        tip_acceleration=clean(acceleration),
+        arm=clean(arm),
+        weight=jnp.where(usable, weights(clean(values), record.length, settings), 0.0),
+        interval=interval,
+        length=jnp.where(usable, record.length, 0),
+    )
+
+
+def sample_residual(
+    o: Observation,
+    k: Int[AnyArray, ""],
+    simulated: Sample,
+    instrument: Instrument,
+) -> Float[Array, "9"]:
+    """Measured minus simulated signals of sample `k`, in standard deviations.
+
+    Args:
+      o: the observation.
+      k: number of the sample.
+      simulated: the simulated one; its pose starts where the observed one starts.
+      instrument: what the sensor adds to the contact force.
+    """
+    late = jnp.clip(k + instrument.force_delay / o.interval, 0.0, o.moment.shape[0] - 1.0)
+    low = jnp.minimum(late.astype(jnp.int32), o.moment.shape[0] - 2)
+    share = late - low
+    force = (1 - share) * o.force[low] + share * o.force[low + 1]
+    moment = (1 - share) * o.moment[low] + share * o.moment[low + 1]
+    carried = instrument.probe_mass * o.tip_acceleration[k] + instrument.force_bias
+    start = o.pose[0] + instrument.pose_error
+    lever = _turned(simulated.pose[2] - start[2], o.arm)
+    predicted = _at_contact(lever, simulated.force, simulated.moment, simulated.twist)
+    measured = _at_contact(lever, force - carried, moment - _cross(lever, carried), o.twist[k])
+    gap = jnp.concatenate([measured - predicted, o.pose[k] - simulated.pose])
+    return gap * o.weight[k]
+
+
+def _cross(a: Float[AnyArray, "2"], b: Float[AnyArray, "2"]) -> Float[Array, ""]:
+    return a[0] * b[1] - a[1] * b[0]

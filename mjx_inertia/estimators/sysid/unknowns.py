@@ -1,0 +1,170 @@
+"""The vector that is searched, and what it means: unknowns ⇄ coordinates ⇄ simulation parameters.
+
+A coordinate counts in standard deviations of its belief, of the logarithm where a value is
+positive, so that every point of the search is a physical body (mass and I_zz positive, I_zz / m and
+the CoM free of each other: the planar log-Cholesky form). In: coordinates. Out: `PushParameters`
+and the `Instrument`.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+from jaxtyping import Array, Float
+
+from mjx_inertia.estimators.sysid.settings import Beliefs, SysidSettings
+from mjx_inertia.pushing import PushParameters, PushSetup
+from mjx_inertia.spatial import AnyArray
+
+LOGARITHMIC = frozenset(
+    ("mass", "inertia", "friction", "tip_friction", "tip_time_constant", "friction_radius")
+)
+_DRAWN = 0.3  # spread of further starts, in standard deviations of the belief
+_WALL = 0.02  # width of the wall at a bound, in the unit of the coordinate
+
+
+@struct.dataclass
+class Instrument:
+    """What the sensors add: mass of the probe (kg), force bias (N), delay of the force (s)."""
+
+    probe_mass: Float[AnyArray, ""]
+    force_bias: Float[AnyArray, "2"]
+    force_delay: Float[AnyArray, ""]
+    pose_error: Float[AnyArray, "3"]
+
+
+def to_value(name: str, coordinate: Float[AnyArray, "*n"], beliefs: Beliefs) -> Float[Array, "*n"]:
+    """Value of an unknown at a coordinate."""
+    belief = getattr(beliefs, name)
+    if name in LOGARITHMIC:
+        return belief.center * jnp.exp(belief.spread * jnp.asarray(coordinate))
+    return belief.center + belief.spread * jnp.asarray(coordinate)
+
+
+def to_coordinate(name: str, value: Float[AnyArray, "*n"], beliefs: Beliefs) -> Float[Array, "*n"]:
+    """Coordinate of a value, which is taken into the bounds first."""
+    belief = getattr(beliefs, name)
+    value = jnp.clip(jnp.asarray(value), belief.low, belief.high)
+    if name in LOGARITHMIC:
+        return jnp.log(value / belief.center) / belief.spread
+    return (value - belief.center) / belief.spread
+
+
+def bounds(settings: SysidSettings) -> tuple[Float[Array, " p"], Float[Array, " p"]]:
+    """Lowest and highest coordinate of each estimated unknown."""
+    names, beliefs = settings.estimated, settings.beliefs
+    low = [to_coordinate(n, np.asarray(getattr(beliefs, n).low), beliefs) for n in names]
+    high = [to_coordinate(n, np.asarray(getattr(beliefs, n).high), beliefs) for n in names]
+    return jnp.stack(low), jnp.stack(high)
+
+
+def beyond_bounds(z: Float[AnyArray, " p"], settings: SysidSettings) -> Float[Array, " p"]:
+    """Residual of the walls: zero inside the bounds, one at a wall's width beyond."""
+    low, high = bounds(settings)
+    return (jnp.minimum(z - low, 0.0) + jnp.maximum(z - high, 0.0)) / _WALL
+
+
+def values(z: Float[AnyArray, " p"], settings: SysidSettings) -> dict[str, Float[Array, ""]]:
+    """Every unknown by name: its value at `z` if it is estimated, else the centre of its belief."""
+    at = dict(zip(settings.estimated, z, strict=True))
+    zero = jnp.zeros((), z.dtype)
+    return {
+        name: to_value(name, at.get(name, zero), settings.beliefs)
+        for name in Beliefs.__dataclass_fields__
+    }
+
+
+def to_parameters(
+    z: Float[AnyArray, " p"],
+    setup: PushSetup,
+    centroid: Float[AnyArray, "2"],
+    settings: SysidSettings,
+) -> tuple[PushParameters, Instrument]:
+    """What to simulate at a point of the search.
+
+    Args:
+      z: coordinates of the estimated unknowns.
+      setup: of the push.
+      centroid: of the outline, object frame, m.
+      settings: of the identification.
+    """
+    v = values(z, settings)
+    half = jnp.asarray(setup.half_extents)
+    plate = v["mass"] * (half[0] ** 2 + half[1] ** 2) / 3.0
+    inertia = plate * v["inertia"]
+    # the two other moments and the height of the CoM matter in `corners` only: those of a box
+    across = v["mass"] * (half[:2] ** 2 + half[2] ** 2) / 3.0
+    com = centroid + half[:2] * jnp.stack([v["com_x"], v["com_y"]])
+    parameters = PushParameters(
+        mass=v["mass"],
+        inertia=jnp.stack([across[1], across[0], inertia]),
+        com=jnp.append(com, half[2]),
+        half_extents=half,
+        friction=v["friction"],
+        friction_radius=setup.friction_radius * v["friction_radius"],
+        tip_friction=v["tip_friction"],
+        tip_time_constant=v["tip_time_constant"],
+    )
+    instrument = Instrument(
+        probe_mass=v["probe_mass"],
+        force_bias=jnp.stack([v["force_bias_x"], v["force_bias_y"]]),
+        force_delay=v["force_delay"],
+        pose_error=jnp.stack([v["pose_x"], v["pose_y"], v["pose_yaw"]]),
+    )
+    return parameters, instrument
+
+
+def planar_values(
+    z: Float[AnyArray, " p"],
+    setup: PushSetup,
+    centroid: Float[AnyArray, "2"],
+    contact_point: Float[AnyArray, "2"],
+    contact_normal: Float[AnyArray, "2"],
+    settings: SysidSettings,
+) -> Float[Array, "4"]:
+    """Mass, I_zz and the CoM from the first contact point, as an `Estimate` states them, SI."""
+    parameters, _ = to_parameters(z, setup, centroid, settings)
+    cos, sin = jnp.cos(setup.pose[2]), jnp.sin(setup.pose[2])
+    c = parameters.com
+    offset = jnp.stack([cos * c[0] - sin * c[1], sin * c[0] + cos * c[1]])
+    arm = jnp.asarray(setup.pose[:2]) + offset - contact_point
+    inward, left = contact_normal, jnp.stack([-contact_normal[1], contact_normal[0]])
+    return jnp.stack([parameters.mass, parameters.inertia[2], arm @ inward, arm @ left])
+
+
+def from_planar_values(
+    mean: Float[AnyArray, "4"],
+    z: Float[AnyArray, " p"],
+    setup: PushSetup,
+    centroid: Float[AnyArray, "2"],
+    contact_point: Float[AnyArray, "2"],
+    contact_normal: Float[AnyArray, "2"],
+    settings: SysidSettings,
+) -> Float[Array, " p"]:
+    """Coordinates of another estimator's answer; unknowns that it does not give stay as in `z`."""
+    half = jnp.asarray(setup.half_extents)
+    left = jnp.stack([-contact_normal[1], contact_normal[0]])
+    offset = contact_point + mean[2] * contact_normal + mean[3] * left - setup.pose[:2]
+    cos, sin = jnp.cos(setup.pose[2]), jnp.sin(setup.pose[2])
+    com = jnp.stack([cos * offset[0] + sin * offset[1], cos * offset[1] - sin * offset[0]])
+    com = jnp.clip((com - centroid) / half[:2], -0.9, 0.9)
+    known = {
+        "mass": mean[0],
+        "inertia": mean[1] / (mean[0] * (half[0] ** 2 + half[1] ** 2) / 3.0),
+        "com_x": com[0],
+        "com_y": com[1],
+    }
+    at = dict(zip(settings.estimated, z, strict=True))
+    for name, value in known.items():
+        if name in at:
+            at[name] = to_coordinate(name, value, settings.beliefs)
+    return jnp.where(jnp.isfinite(mean).all(), jnp.stack(list(at.values())), z)
+
+
+def draw(
+    key: jax.Array, around: Float[AnyArray, " p"], settings: SysidSettings
+) -> Float[Array, " p"]:
+    """Another start near a given one, within the bounds."""
+    low, high = bounds(settings)
+    error = _DRAWN * jax.random.normal(key, low.shape, low.dtype)
+    return jnp.clip(jnp.asarray(around) + error, low, high)
