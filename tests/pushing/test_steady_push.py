@@ -46,16 +46,18 @@ def test_time_step_does_not_matter(scene_of):
 def test_impulse_of_the_tip_goes_into_momentum_and_friction(scene_of):
     """What the recorded force leaves after the object's momentum is friction of μ m g."""
     parameters = cubes(8, seed=2)
-    record = push(scene_of(), parameters, straight(parameters, 0.0, 0.06, 1.0))
+    record = push(scene_of(), parameters, straight(parameters, 0.0, 0.06, 2.0))
     impulse = np.cumsum(record.force[..., 0], axis=1) / 100
     friction = impulse - np.asarray(parameters.mass)[:, None] * record.twist[..., 0]
     mu_mg = np.asarray(parameters.friction * parameters.mass)[:, None] * 9.81
     share = np.diff(friction, axis=1) * 100 / mu_mg
     assert (share > -0.01).all()
-    np.testing.assert_allclose(share[:, 20:], 1.0, atol=0.04)
-    np.testing.assert_allclose(share[:, 50:], 1.0, atol=0.005)
-    # the cone lifts a suddenly started object: friction is high for a few samples, no longer
-    assert share[:, :15].mean(axis=1).max() < 1.25
+    # a sudden start lifts the object, and the tip's friction lets it down slowly: the load on the
+    # table swings about m g for half a second and more (docs/physics.md)
+    np.testing.assert_allclose(share[:, :100].mean(axis=1), 1.0, atol=0.02)
+    np.testing.assert_allclose(share[:, 20:], 1.0, atol=0.25)
+    np.testing.assert_allclose(share[:, 80:], 1.0, atol=0.02)
+    np.testing.assert_allclose(share[:, 150:], 1.0, atol=0.003)
 
 
 def test_tip_friction_and_stiffness_are_those_of_the_parameters(scene_of):
@@ -66,11 +68,12 @@ def test_tip_friction_and_stiffness_are_those_of_the_parameters(scene_of):
         tip_friction=np.array([0.2, 0.4, 0.2, 0.2]),
         tip_time_constant=np.array([0.02, 0.02, 0.01, 0.04]),
     )
-    sliding = push(scene_of(), parameters, straight(parameters, 0.0, 0.04, 0.3, 0.9))
-    ratio = sliding.force[:2, 15:30, 1] / sliding.force[:2, 15:30, 0]
-    yaw = sliding.pose[:2, 15:30, 2]
+    sliding = push(scene_of(), parameters, straight(parameters, 0.0, 0.04, 1.0, 0.9))
+    settled = slice(40, 100)  # friction of the tip builds up over its 0.3 s
+    ratio = sliding.force[:2, settled, 1] / sliding.force[:2, settled, 0]
+    yaw = sliding.pose[:2, settled, 2]
     angle = np.arctan(ratio) - yaw  # the contact normal turns with the object
-    np.testing.assert_allclose(np.tan(angle), [[0.2], [0.4]] * np.ones(15), rtol=0.05)
+    np.testing.assert_allclose(np.tan(angle), [[0.2], [0.4]] * np.ones(60), rtol=0.01)
     central = push(scene_of(), parameters, straight(parameters, 0.0, 0.04, 0.3))
     peak = central.force[..., 0].max(axis=1)
     assert peak[2] > 1.2 * peak[3]
