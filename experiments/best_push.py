@@ -23,7 +23,6 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from mjx_inertia import runtime
@@ -33,8 +32,9 @@ from mjx_inertia.estimators.sysid import (
     Search,
     SysidSettings,
     equations_at,
+    observed,
     search,
-    to_coordinate,
+    to_coordinates,
 )
 from mjx_inertia.estimators.sysid.next_push import (
     Paths,
@@ -43,13 +43,13 @@ from mjx_inertia.estimators.sysid.next_push import (
     candidates,
     choose,
     expected_information,
-    observed,
     predicted,
     straight_pushes,
     target_slopes,
 )
 from mjx_inertia.estimators.sysid.search import fits
-from mjx_inertia.evaluation.appearance import BLUE, DARK, ORANGE, grid_of_axes, styled
+from mjx_inertia.evaluation import draw_bound_maps, draw_sequences
+from mjx_inertia.evaluation.appearance import styled
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushRecord, Scene, SceneSettings, build_scene
 
@@ -82,12 +82,6 @@ def rows_of(tree: Any, rows: np.ndarray) -> Any:
     return jax.tree.map(lambda x: np.asarray(x)[rows], tree)
 
 
-def coordinates(values: dict[str, Any], settings: SysidSettings) -> np.ndarray:
-    """Coordinates of unknowns given by name."""
-    columns = [to_coordinate(n, values[n], settings.beliefs) for n in settings.estimated]
-    return np.stack([np.asarray(c) for c in columns], -1)
-
-
 @dataclass(frozen=True)
 class Lab:
     """The scene and the sensors of all three parts."""
@@ -117,7 +111,7 @@ def pushes_of_cube(paths: Paths) -> Pushes:
 def check(lab: Lab, draws: int) -> dict[str, Any]:
     """Scatter of estimates over the bound, for every unknown."""
     names, settings = lab.settings.estimated, lab.settings
-    truth = coordinates(TYPICAL, settings)
+    truth = to_coordinates(TYPICAL, settings)
     face, offset, angle, speed, acceleration = np.array(CHECKED).T
     few = pushes_of_cube(Paths(face.astype(int), offset, np.radians(angle), speed, acceleration))
     fisher = lab.information(np.tile(truth, (len(few), 1)), few)
@@ -159,41 +153,6 @@ def deviations(fisher: np.ndarray, settings: SysidSettings, edge: Any) -> np.nda
     return np.stack([*(100 * np.sqrt(variance[..., :2])).T, com.T]).T
 
 
-def round_numbers(low: float, high: float) -> list[float]:
-    """Ticks of a logarithmic scale: 1, 2, 5 of each decade, or 1 alone where that is too many."""
-    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    ticks = [m * 10.0**e for e in decades for m in (1, 2, 5)]
-    ticks = [t for t in ticks if 0.999 * low <= t <= 1.001 * high]
-    return ticks if len(ticks) <= 6 else [t for t in ticks if f"{t:e}"[0] == "1"]
-
-
-@styled()
-def map_figure(x: tuple[str, Any], y: tuple[str, Any], values: np.ndarray, log: str) -> Figure:
-    """Three maps (y, x, 3) with colours by decades; `log` names the axes that are logarithmic."""
-    figure, axes = grid_of_axes(1, 3, 3.0)
-    titles = ("mass, %", "$I_{zz}$, %", "CoM, mm")
-    for k, (panel, title) in enumerate(zip(axes[0], titles, strict=True)):
-        part = values[..., k]
-        norm = LogNorm(part.min(), max(part.max(), 1.01 * part.min()))
-        mesh = panel.pcolormesh(x[1], y[1], part, cmap="viridis_r", norm=norm, shading="nearest")
-        for axis, at in ((panel.xaxis, x[1]), (panel.yaxis, y[1])):
-            if ("x" if axis is panel.xaxis else "y") in log:
-                panel.set(**{f"{axis.axis_name}scale": "log"})
-                ticks = round_numbers(at.min(), at.max())
-                axis.set_ticks(ticks, [f"{t:g}" for t in ticks])
-                axis.set_ticks([], minor=True)
-        best = np.unravel_index(np.argmin(part), part.shape)
-        panel.plot(x[1][best[1]], y[1][best[0]], "o", mfc="none", mec=DARK, clip_on=False)
-        panel.set_title(f"{title} (least {part.min():.3g})")
-        panel.set_xlabel(x[0])
-        panel.set_ylabel(y[0] if k == 0 else "")
-        bar = figure.colorbar(mesh, ax=panel, pad=0.02)
-        ticks = round_numbers(norm.vmin or part.min(), norm.vmax or part.max())
-        bar.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
-        bar.set_ticks([], minor=True)
-    return figure
-
-
 def save(figure: Figure, name: str) -> None:
     """Writes docs/information_<name>.svg."""
     with styled():
@@ -202,7 +161,7 @@ def save(figure: Figure, name: str) -> None:
 
 def contact_and_acceleration(lab: Lab) -> dict[str, float]:
     """Maps over contact point and angle, and over acceleration and speed."""
-    truth = coordinates(TYPICAL, lab.settings)
+    truth = to_coordinates(TYPICAL, lab.settings)
     offset, angle = np.linspace(-0.9, 0.9, 13), np.linspace(-40, 40, 11)
     speed, acceleration = np.geomspace(0.02, 0.32, 9), np.geomspace(0.05, 12.8, 9)
     a, o = (g.ravel() for g in np.meshgrid(np.radians(angle), offset, indexing="ij"))
@@ -218,9 +177,9 @@ def contact_and_acceleration(lab: Lab) -> dict[str, float]:
     by_contact = size[: len(o)].reshape(len(angle), len(offset), 3)
     by_ramp = size[len(o) :].reshape(len(acceleration), len(speed), 3)
     of = ("contact point, half edges from the middle", offset)
-    save(map_figure(of, ("angle to the normal, degrees", angle), by_contact, ""), "contact")
+    save(draw_bound_maps(of, ("angle to the normal, degrees", angle), by_contact, ""), "contact")
     of = ("speed, m/s", speed)
-    save(map_figure(of, ("acceleration, m/s²", acceleration), by_ramp, "xy"), "acceleration")
+    save(draw_bound_maps(of, ("acceleration, m/s²", acceleration), by_ramp, "xy"), "acceleration")
     middle = by_contact[len(angle) // 2, len(offset) // 2]
     return {
         "map_mass_percent_straight_central": round(float(middle[0]), 3),
@@ -237,7 +196,7 @@ def sampling(lab: Lab) -> dict[str, float]:
     fast = replace(
         lab.settings, block=16, scene=replace(lab.settings.scene, rate=200.0, max_timestep=0.005)
     )
-    scene, truth = build_scene(cube(EDGE, 1.0), fast.scene), coordinates(TYPICAL, fast)
+    scene, truth = build_scene(cube(EDGE, 1.0), fast.scene), to_coordinates(TYPICAL, fast)
     speed, keep = np.geomspace(0.02, 0.32, 9), np.array([16, 8, 4, 2, 1])
     pushes = pushes_of_cube(Paths(0, 0.4, math.radians(-15), speed, LIMITS.acceleration))
     z = np.tile(truth, (len(pushes), 1))
@@ -252,7 +211,7 @@ def sampling(lab: Lab) -> dict[str, float]:
     size = deviations(np.asarray(found.hessian) - np.eye(z.shape[1]), fast, EDGE)
     size = size.reshape(len(keep), len(speed), 3)
     rates = ("sampling rate, Hz", 200.0 / keep)
-    save(map_figure(("speed, m/s", speed), rates, size, "xy"), "rate")
+    save(draw_bound_maps(("speed, m/s", speed), rates, size, "xy"), "rate")
     return {
         f"map_mass_percent_at_{200 / k:g}_hz_{speed[i]:.2g}_m_s": round(float(size[j, i, 0]), 3)
         for j, k in ((0, 16), (4, 1))
@@ -272,7 +231,7 @@ def drawn_objects(count: int, settings: SysidSettings, seed: int) -> tuple[np.nd
         "tip_friction": rng.uniform(0.2, 0.5, count),
         "tip_time_constant": rng.uniform(0.012, 0.04, count),
     }
-    return coordinates(values, settings), rng.uniform(0.1, 0.2, count)
+    return np.asarray(to_coordinates(values, settings)), rng.uniform(0.1, 0.2, count)
 
 
 @dataclass
@@ -400,7 +359,8 @@ def summary(table: np.ndarray, chooses: np.ndarray, rounds: int) -> dict[str, An
     """Medians over sequences (their error, and the deviation that they state), and the figure."""
     chosen = np.median(table[:rounds, chooses], 1)
     random = np.median(table[:, ~chooses], 1)
-    sequence_figure(table, chooses, rounds)
+    figure = draw_sequences(table[:rounds, chooses], table[:, ~chooses])
+    save(figure, "sequence")
     result: dict[str, Any] = {"objects": int(chooses.sum())}
     for i, (name, unit) in enumerate(zip(BODY, ("percent", "percent", "mm"), strict=True)):
         result[f"chosen_{name}_{unit}_after"] = chosen[:, i].round(4).tolist()
@@ -417,29 +377,6 @@ def summary(table: np.ndarray, chooses: np.ndarray, rounds: int) -> dict[str, An
         "random_pushes_for_mass_error_of_2_chosen"
     ] if rounds > 1 else None  # fmt: skip
     return result
-
-
-@styled()
-def sequence_figure(table: np.ndarray, chooses: np.ndarray, rounds: int) -> None:
-    """Error after each push: median and middle half of the objects; lines dashed: as stated."""
-    figure, axes = grid_of_axes(1, 3, 3.0)
-    titles = ("mass, %", "$I_{zz}$, %", "CoM, mm")
-    for i, (panel, title) in enumerate(zip(axes[0], titles, strict=True)):
-        parts = (("chosen", table[:rounds, chooses], BLUE), ("random", table[:, ~chooses], ORANGE))
-        for name, part, colour in parts:
-            x = np.arange(1, len(part) + 1)
-            low, middle, high = np.quantile(part[..., i], (0.25, 0.5, 0.75), axis=1)
-            panel.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
-            panel.plot(x, middle, "o-", color=colour, markersize=4, label=name)
-            stated = np.median(part[..., 3 + i], 1)
-            panel.plot(x, stated, "--", color=colour, label=f"{name}, deviation stated")
-        panel.set_yscale("log")
-        panel.grid(True, axis="y")
-        panel.set_title(title)
-        panel.set_xlabel("pushes")
-    axes[0, 0].set_ylabel("error, median of objects")
-    axes[0, 2].legend()
-    save(figure, "sequence")
 
 
 def main() -> None:

@@ -155,8 +155,9 @@ def program(scene: Scene) -> Callable:
         run = functools.partial(signals, motion=motion, timestep=timestep)
         return jax.jvp(run, (theta, state), (change, slope))
 
-    options = {"xla_backend_optimization_level": 1} if jax.default_backend() == "cpu" else None
-    return jax.jit(jax.vmap(both, in_axes=(0, 0, 0, 0, 0, None)), compiler_options=options)
+    return jax.jit(
+        jax.vmap(both, in_axes=(0, 0, 0, 0, 0, None)), compiler_options=runtime.compiler_options()
+    )
 
 
 def simulate(

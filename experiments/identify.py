@@ -9,7 +9,6 @@ that of `sysid`'s seven unknowns, beliefs included; ratios to it are taken where
 the belief, decides (the bound is below a third of the belief). Last line: JSON.
 """
 
-import functools
 import json
 import platform
 import sys
@@ -35,9 +34,9 @@ from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
 from mjx_inertia.estimators.sysid import (
     SysidSettings,
     equations_at,
-    observe,
+    observed,
     planar_values,
-    to_coordinate,
+    to_coordinates,
 )
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.features import examples
@@ -75,8 +74,7 @@ def true_coordinates(plan: PushPlan, settings: SysidSettings) -> np.ndarray:
         "tip_friction": p.tip_friction,
         "tip_time_constant": p.tip_time_constant,
     }
-    columns = [to_coordinate(name, truth[name], settings.beliefs) for name in settings.estimated]
-    return np.stack([np.asarray(c) for c in columns], -1)
+    return np.asarray(to_coordinates(truth, settings))
 
 
 def bounds(
@@ -86,7 +84,7 @@ def bounds(
     with jax.enable_x64(True):
         scene = build_scene(cube(0.15, 1.0), settings.scene)
         z = true_coordinates(plan, settings)
-        observation = jax.jit(jax.vmap(functools.partial(observe, settings=settings)))(exact)
+        observation = observed(exact, settings)
         setup = known_setup(plan)
         found = equations_at(scene, z, observation, setup, np.zeros(2), settings)
 

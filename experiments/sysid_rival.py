@@ -36,8 +36,8 @@ from mjx_inertia.estimators.sysid import (
     SysidSettings,
     equations_at,
     fit,
-    observe,
-    to_coordinate,
+    observed,
+    to_coordinates,
     to_parameters,
 )
 from mjx_inertia.objects import cube
@@ -167,12 +167,9 @@ def fit_ours(problem: Problem) -> tuple[PushParameters, float]:
         "tip_friction": start.tip_friction,
         "tip_time_constant": start.tip_time_constant,
     }
-    z = np.stack([to_coordinate(n, values[n], settings.beliefs) for n in settings.estimated], 1)
+    z = np.asarray(to_coordinates(values, settings))
     setup = known_setup(problem.plan)
-    observation = jax.jit(jax.vmap(functools.partial(observe, settings=settings)))(
-        record_of(problem)
-    )
-    known = observation, setup, np.zeros(2), settings
+    known = observed(record_of(problem), settings), setup, np.zeros(2), settings
     equations_at(scene, z, *known)  # compiles
     begin = time.perf_counter()
     found = fit(scene, z, *known, key=jax.random.key(0))

@@ -16,7 +16,6 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import jax
@@ -35,9 +34,8 @@ from mjx_inertia.dataset import (
     provenance,
     simulated_source,
 )
-from mjx_inertia.dataset.plan import CLEARANCE
 from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
-from mjx_inertia.estimators.sysid import Fit, SysidSettings, fit, observe, to_parameters
+from mjx_inertia.estimators.sysid import Fit, SysidSettings, fit, observed, to_parameters
 from mjx_inertia.estimators.two_finger import TwoFingerLeastSquares, estimate_two_finger
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.evaluation.appearance import DARK, SERIES, TARGET_AXES, grid_of_axes, styled
@@ -50,6 +48,7 @@ from mjx_inertia.pushing import (
     object_parameters,
     simulate,
 )
+from mjx_inertia.pushing.settings import CLEARANCE
 from mjx_inertia.pushing.two_finger_scene import (
     TwoFingerMotion,
     TwoFingerPush,
@@ -258,7 +257,7 @@ def identified(cases: Sequence[Case], batch: PushBatch, data: SimulatedSettings)
                 lambda x: np.asarray(x, float)[rows] if x.dtype.kind == "f" else x[rows],  # noqa: B023
                 (batch.records, batch.setup),
             )
-            seen = jax.jit(jax.vmap(partial(observe, settings=options)))(records)
+            seen = observed(records, options)
             start = np.zeros((count, len(options.estimated)))
             model = build_scene(cases[0].model, scene)
             found = fit(

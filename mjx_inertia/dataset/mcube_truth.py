@@ -20,7 +20,7 @@ def mcube_truth(record: PushRecord, model: ObjectModel) -> PushTruth:
     """True mass, I_zz and CoM of one push, the CoM in the frame of its first contact."""
     inertial = model.inertial
     pose = np.asarray(record.pose, dtype=np.float64)[0]
-    com_world = _rotation(pose[2]) @ np.asarray(inertial.com, dtype=np.float64)[:2] + pose[:2]
+    com_world = rotation_matrix(pose[2]) @ np.asarray(inertial.com, dtype=np.float64)[:2] + pose[:2]
     normal = np.asarray(record.contact_normal, dtype=np.float64)
     left = np.array([-normal[1], normal[0]])
     from_contact = com_world - np.asarray(record.contact_point, dtype=np.float64)
@@ -58,7 +58,7 @@ def mcube_conditions(
 def _contact_offset(record: PushRecord, model: ObjectModel) -> float:
     pose = np.asarray(record.pose, dtype=np.float64)[0]
     contact = np.asarray(record.contact_point, dtype=np.float64)
-    contact_obj = _rotation(pose[2]).T @ (contact - pose[:2])
+    contact_obj = rotation_matrix(pose[2]).T @ (contact - pose[:2])
     outline = model.outline
     edge = closest_on_outline(outline, contact_obj[None]).edge[0]
     steps = np.roll(outline, -1, axis=0) - outline
@@ -71,6 +71,7 @@ def _contact_offset(record: PushRecord, model: ObjectModel) -> float:
     return float(-right @ (contact_obj - middle) / (0.5 * lengths[edge]))
 
 
-def _rotation(yaw: float) -> Float[ndarray, "2 2"]:
+def rotation_matrix(yaw: float) -> Float[ndarray, "2 2"]:
+    """R_world_obj of an object turned by `yaw`, rad."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     return np.array([[cos, -sin], [sin, cos]])

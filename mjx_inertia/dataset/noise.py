@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray, UInt
 
 from mjx_inertia.pushing import PushRecord
-from mjx_inertia.spatial import AnyArray
+from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,7 @@ def _contact_lever(record: PushRecord) -> Float[Array, "t 2"]:
     """From the object-frame origin to the material point that was touched first, m, world."""
     turn = record.pose[:, 2] - record.pose[0, 2]
     arm = record.contact_point - record.pose[0, :2]
-    cos, sin = jnp.cos(turn), jnp.sin(turn)
-    return jnp.stack([cos * arm[0] - sin * arm[1], sin * arm[0] + cos * arm[1]], -1)
-
-
-def _cross(lever: Float[Array, "t 2"], force: Float[AnyArray, "t 2"]) -> Float[Array, " t"]:
-    return lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0]
+    return planar_rotate(turn, arm)
 
 
 def _noisy(key: PRNGKeyArray, record: PushRecord, noise: SensorNoise) -> PushRecord:
@@ -77,11 +72,11 @@ def _noisy(key: PRNGKeyArray, record: PushRecord, noise: SensorNoise) -> PushRec
     across = jnp.stack([-lever[:, 1], lever[:, 0]], -1)
     spin = record.twist[:, 2]
     force, noisy_spin = measured(record.force, noise.force), measured(spin, noise.spin)
-    about_contact = measured(record.moment - _cross(lever, record.force), noise.moment)
+    about_contact = measured(record.moment - planar_cross(lever, record.force), noise.moment)
     at_contact = measured(record.twist[:, :2] + spin[:, None] * across, noise.velocity)
     return record.replace(
         force=force,
-        moment=about_contact + _cross(lever, force),
+        moment=about_contact + planar_cross(lever, force),
         twist=jnp.concatenate([at_contact - noisy_spin[:, None] * across, noisy_spin[:, None]], -1),
         tip_velocity=measured(record.tip_velocity, noise.velocity),
         pose=jnp.concatenate(

@@ -14,13 +14,11 @@ from jaxtyping import Float
 
 from mjx_inertia.dataset.batch import PushConditions, PushTruth
 from mjx_inertia.pushing import PushParameters, PushSetup, StraightMotion
+from mjx_inertia.pushing.settings import CLEARANCE
 from mjx_inertia.spatial import AnyArray
 
 # Torsional over sliding friction of a uniformly loaded square of edge 1 (errata 5).
 SQUARE_FRICTION_RADIUS = 0.38259786
-# The tip starts a hair's breadth off the face, so that rounding does not decide in which step it
-# touches.
-CLEARANCE = 1e-5  # m
 
 
 @struct.dataclass

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from mjx_inertia.dataset.mcube_name import McubeFileError
+from mjx_inertia.dataset.mcube_truth import rotation_matrix
 from mjx_inertia.objects import ObjectModel, closest_on_outline
 
 LIVE = 0.5  # of the forces' sizes must differ: a frozen sensor repeats a few values
@@ -145,14 +146,14 @@ def _block_row(
     slides = pressed[int(_SETTLING * len(pressed)) :]
     yaw = _yaw(before[3:])
     turned = (_yaw(after[3:]) - yaw + np.pi) % (2.0 * np.pi) - np.pi
-    R_obj_world = _rotation(yaw + 0.5 * turned).T
+    R_obj_world = rotation_matrix(yaw + 0.5 * turned).T
     moved = _MM * (after[:2] - before[:2])
     middle = 0.5 * (ft[pressed[0], 0] + ft[pressed[-1], 0])
     tip = _MM * np.array([np.interp(middle, robot[:, 0], robot[:, k]) for k in (1, 2)])
     # Half way in time the block is near the middle of its two poses.
     tip_obj = R_obj_world @ (tip - _MM * 0.5 * (before[:2] + after[:2]))
     contact = closest_on_outline(outline, tip_obj[None]).point[0]
-    R_world_robot = _rotation(_yaw(robot[len(robot) // 2, 4:]))
+    R_world_robot = rotation_matrix(_yaw(robot[len(robot) // 2, 4:]))
     force = R_obj_world @ R_world_robot @ (-_TOOL @ unloaded[slides].mean(axis=0))
     moment = contact[0] * force[1] - contact[1] * force[0]
     return np.concatenate([force, [moment], R_obj_world @ moved, [turned]])
@@ -200,8 +201,3 @@ def _counts(ends: Int[ndarray, " n"], total: int) -> bool:
 def _yaw(quaternion: Float[ndarray, "4"]) -> float:
     """Of a quaternion (w, x, y, z) about the vertical."""
     return float(2.0 * np.arctan2(quaternion[3], quaternion[0]))
-
-
-def _rotation(yaw: float) -> Float[ndarray, "2 2"]:
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.array([[cos, -sin], [sin, cos]])

@@ -14,10 +14,10 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.dataset.batch import PushConditions, PushTruth
-from mjx_inertia.dataset.plan import CLEARANCE, PushPlan
+from mjx_inertia.dataset.plan import PushPlan
 from mjx_inertia.objects import friction_radius
 from mjx_inertia.pushing import PushParameters, StraightMotion
-from mjx_inertia.pushing.settings import GRAVITY
+from mjx_inertia.pushing.settings import CLEARANCE, GRAVITY
 from mjx_inertia.spatial import AnyArray
 
 Interval = tuple[float, float]

@@ -20,6 +20,7 @@ from mjx_inertia.evaluation.errors import (
 )
 from mjx_inertia.evaluation.evaluation import Evaluation, count_failures
 from mjx_inertia.evaluation.fit_figures import FitSignals, draw_fit, fit_signals
+from mjx_inertia.evaluation.information_figures import draw_bound_maps, draw_sequences
 from mjx_inertia.evaluation.intervals import (
     Calibration,
     Interval,
@@ -62,7 +63,9 @@ __all__ = [
     "calibration_histograms",
     "com_error_mm",
     "count_failures",
+    "draw_bound_maps",
     "draw_fit",
+    "draw_sequences",
     "draw_tree",
     "error_averages",
     "error_images",

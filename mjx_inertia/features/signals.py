@@ -13,7 +13,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.pushing import PushRecord, PushStatus
-from mjx_inertia.spatial import AnyArray
+from mjx_inertia.spatial import planar_cross, planar_rotate
 
 SIGNALS = {
     "tracked": ("f_x", "f_y", "m", "u_x", "u_y", "w", "u_px", "u_py"),
@@ -68,15 +68,6 @@ class Signals:
     usable: Bool[Array, ""]
 
 
-def _cross(a: Float[AnyArray, "*n 2"], b: Float[AnyArray, "*n 2"]) -> Float[AnyArray, "*n"]:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
-def _rotate(angle: Float[AnyArray, "*n"], p: Float[AnyArray, "2"]) -> Float[Array, "*n 2"]:
-    cos, sin = jnp.cos(angle), jnp.sin(angle)
-    return jnp.stack([cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]], axis=-1)
-
-
 def _percentile_95(values: Float[Array, " t"], inside: Bool[Array, " t"]) -> Float[Array, ""]:
     ordered = jnp.sort(jnp.where(inside, values, jnp.inf))
     rank = jnp.int32(0.95 * (jnp.sum(inside) - 1))
@@ -109,11 +100,11 @@ def signals(record: PushRecord, settings: FeatureSettings) -> Signals:
     moment = record.moment
     if settings.reference == "contact":
         # The object rests until it is touched, so its first pose is the one at first contact.
-        arm_obj = _rotate(-yaw[0], record.contact_point - position[0])
-        arm = _rotate(yaw, arm_obj)  # world axes
+        arm_obj = planar_rotate(-yaw[0], record.contact_point - position[0])
+        arm = planar_rotate(yaw, arm_obj)  # world axes
         position = position + arm
         velocity = velocity + w[:, None] * jnp.stack([-arm[:, 1], arm[:, 0]], axis=-1)
-        moment = moment - _cross(arm, record.force)
+        moment = moment - planar_cross(arm, record.force)
 
     planar = [record.force, velocity, record.tip_velocity, position - position[start]]
     force, velocity, tip_velocity, moved = (part @ R_contact_world.T for part in planar)

@@ -28,6 +28,9 @@ TIP_SOLIMP = (0.9, 0.95, 0.001, 0.5, 2.0)
 # 15 s push); our own step treats its velocity as given. It must be mass and not armature: MuJoCo
 # scales contact stiffness by the bodies' masses, and a light tip would sink centimetres in.
 TIP_MASS = 1e6  # kg
+# The tip starts a hair's breadth off the face, so that rounding does not decide in which step it
+# touches.
+CLEARANCE = 1e-5  # m
 MAX_TIMESTEP = 0.005  # s; end poses equal those of 1 ms to 1 mm and 0.5 degrees (tested)
 SOLVER_ITERATIONS = 50  # at most; two do in sustained contact, the first touch takes up to some 40
 LINE_SEARCH = 5  # with three, one push in fifty has a step that does not converge

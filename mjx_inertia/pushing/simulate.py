@@ -15,6 +15,7 @@ import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Float, Int
 
+from mjx_inertia import runtime
 from mjx_inertia.pushing.motion import Motion
 from mjx_inertia.pushing.parameters import PushParameters
 from mjx_inertia.pushing.record import PushRecord
@@ -29,8 +30,6 @@ BLOCK_PER_DEVICE = {"cpu": 1000}
 _BLOCK_ON_ACCELERATOR = 16_384
 
 _GRAIN = 50  # pushes; fewer take no less time
-# LLVM's first level compiles twice as fast as its second, and the program is as fast.
-_CPU_OPTIONS = {"xla_backend_optimization_level": 1}
 
 _AXIS = "pushes"
 
@@ -56,10 +55,9 @@ def _programs(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any], int
         check_vma=False,
     )
     sharding = NamedSharding(mesh, split)
-    options = _CPU_OPTIONS if jax.default_backend() == "cpu" else None
     return (
         jax.jit(start, out_shardings=sharding),
-        jax.jit(run, donate_argnums=2, compiler_options=options),
+        jax.jit(run, donate_argnums=2, compiler_options=runtime.compiler_options()),
         mesh.devices.size,
         sharding,
     )

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from mjx_inertia.objects import ObjectModel, friction_radius
 from mjx_inertia.pushing.scene import build_spec
-from mjx_inertia.pushing.settings import TIP_MASS, TIP_SOLIMP, SceneSettings
+from mjx_inertia.pushing.settings import CLEARANCE, TIP_MASS, TIP_SOLIMP, SceneSettings
 from mjx_inertia.spatial import AnyArray
 
 # A cone lifts what slips, the more the faster, and fingers held at their height rub downward on an
@@ -23,7 +23,6 @@ from mjx_inertia.spatial import AnyArray
 _FINGER_MASS = 0.05  # kg, felt by vertical motion alone
 _FINGERS = ("left", "right")
 _PLANE = np.array([[4, 5], [7, 8]])  # their positions in the state, after the object's four
-_CLEARANCE = 1e-5  # m between fingers and face at the start
 
 
 @struct.dataclass
@@ -175,7 +174,7 @@ def simulate_two_finger(
     data = mujoco.MjData(model)
     ahead = np.asarray(motion.direction)
     along = np.array([-ahead[1], ahead[0]])
-    back = settings.finger_radius + _CLEARANCE
+    back = settings.finger_radius + CLEARANCE
     start = np.asarray(motion.middle) - back * ahead
     fingers = start + np.outer([0.5, -0.5], settings.width * along)
     data.qpos[_PLANE] = fingers

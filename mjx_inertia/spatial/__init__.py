@@ -27,6 +27,7 @@ from mjx_inertia.spatial.planar import (
     from_planar,
     to_planar,
 )
+from mjx_inertia.spatial.plane import planar_cross, planar_rotate
 from mjx_inertia.spatial.principal import PrincipalInertia, from_principal, to_principal
 from mjx_inertia.spatial.representations import (
     TEN_VECTOR_NAMES,
@@ -62,6 +63,8 @@ __all__ = [
     "inertia_about",
     "inertia_from_second_moment",
     "kinetic_energy",
+    "planar_cross",
+    "planar_rotate",
     "point_mass_inertia",
     "second_moment_from_inertia",
     "skew",

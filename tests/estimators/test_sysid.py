@@ -24,7 +24,7 @@ from mjx_inertia.estimators.sysid import (
     explain,
     identify,
     sysid,
-    to_coordinate,
+    to_coordinates,
     to_value,
 )
 from mjx_inertia.features import examples
@@ -129,8 +129,7 @@ def truth(plan):
         "tip_time_constant": p.tip_time_constant,
     }
     with jax.enable_x64(True):
-        columns = [to_coordinate(n, known[n], SETTINGS.beliefs) for n in SETTINGS.estimated]
-        return np.stack(columns, -1)
+        return np.asarray(to_coordinates(known, SETTINGS))
 
 
 def test_noiseless_pushes_give_the_true_parameters(plan, clean, truth):

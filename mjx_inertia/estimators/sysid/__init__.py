@@ -9,13 +9,14 @@ from mjx_inertia.estimators.sysid.identifiability import (
     identifiability,
 )
 from mjx_inertia.estimators.sysid.normal_equations import NormalEquations, information, with_belief
-from mjx_inertia.estimators.sysid.observation import Observation, observe
+from mjx_inertia.estimators.sysid.observation import Observation, observe, observed
 from mjx_inertia.estimators.sysid.search import Search, search
 from mjx_inertia.estimators.sysid.settings import Belief, Beliefs, SysidSettings
 from mjx_inertia.estimators.sysid.unknowns import (
     from_planar_values,
     planar_values,
     to_coordinate,
+    to_coordinates,
     to_parameters,
     to_value,
 )
@@ -39,10 +40,12 @@ __all__ = [
     "identify",
     "information",
     "observe",
+    "observed",
     "planar_values",
     "search",
     "sysid",
     "to_coordinate",
+    "to_coordinates",
     "to_parameters",
     "to_value",
     "with_belief",

@@ -12,6 +12,7 @@ import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Float
 
+from mjx_inertia import runtime
 from mjx_inertia.estimators.sysid.normal_equations import (
     NormalEquations,
     information,
@@ -22,7 +23,6 @@ from mjx_inertia.estimators.sysid.settings import SysidSettings
 from mjx_inertia.pushing import PushSetup, Scene
 from mjx_inertia.spatial import AnyArray
 
-_CPU_OPTIONS = {"xla_backend_optimization_level": 1}
 _AXIS = "pushes"
 _WIDE, _NARROWER = 128, 8  # blocks this wide have a program that is so much narrower beside them
 
@@ -48,8 +48,8 @@ def _program(
         out_specs=split,
         check_vma=False,
     )
-    options = _CPU_OPTIONS if jax.default_backend() == "cpu" else None
-    return jax.jit(run, compiler_options=options), NamedSharding(mesh, split), mesh.devices.size
+    program = jax.jit(run, compiler_options=runtime.compiler_options())
+    return program, NamedSharding(mesh, split), mesh.devices.size
 
 
 def _blocks(rows: np.ndarray, length: np.ndarray, size: int) -> list[np.ndarray]:

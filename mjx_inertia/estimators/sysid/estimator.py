@@ -19,12 +19,12 @@ from mjx_inertia.estimators.boosted import BoostedSettings, FittedBoosted, boost
 from mjx_inertia.estimators.estimate import Estimate, EstimateStatus, Estimator, KeyArray
 from mjx_inertia.estimators.sysid.fit import Fit, fit
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED
-from mjx_inertia.estimators.sysid.observation import observe
+from mjx_inertia.estimators.sysid.observation import observed
 from mjx_inertia.estimators.sysid.settings import SysidSettings
 from mjx_inertia.estimators.sysid.unknowns import bounds, from_planar_values, planar_values
 from mjx_inertia.features import Examples, take
 from mjx_inertia.objects import ObjectModel, prism
-from mjx_inertia.pushing import PushSetup, build_scene
+from mjx_inertia.pushing import PushSetup, PushStatus, build_scene
 
 _DEFAULT = SysidSettings()
 _AT_BOUND = 0.05  # closer to a bound than this, in standard deviations of the belief
@@ -46,13 +46,15 @@ class Identified(NamedTuple):
 
     Attributes:
       rows: of the examples.
-      obj: the object that was known to be pushed.
+      examples: these rows, in double precision.
+      centroid: of the outline, object frame, m.
       settings: used for it.
       fit: what was found.
     """
 
     rows: Int[np.ndarray, " m"]
-    obj: ObjectModel
+    examples: Examples
+    centroid: np.ndarray
     settings: SysidSettings
     fit: Fit
 
@@ -144,17 +146,17 @@ def identify(
             obj = examples.shapes[int(number)]
             mine = _with_uniform_density(settings, obj) if settings.uniform_density else settings
             part = _double(take(examples, rows))
-            assert part.setup is not None
+            assert part.setup is not None and part.records is not None
             centroid = np.asarray(obj.center[:2], float)
             start = _starts(fitted, part, mine, np.tile(centroid, (len(rows), 1)))
-            observation = jax.jit(jax.vmap(partial(observe, settings=mine)))(part.records)
+            observation = observed(part.records, mine)
             scene = build_scene(obj, mine.scene)
             found = fit(
                 scene, np.asarray(start), observation, part.setup, centroid, mine,
                 key=jax.random.fold_in(key, int(number)), report=bar.set_postfix_str,
             )  # fmt: skip
             bar.update(len(rows))
-            results.append(Identified(rows, obj, mine, found))
+            results.append(Identified(rows, part, centroid, mine, found))
     return results
 
 
@@ -202,12 +204,13 @@ def sysid(settings: SysidSettings = _DEFAULT) -> Estimator:
         n = len(np.asarray(examples.status))
         mean, covariance = np.full((n, 4), np.nan), np.tile(np.diag(np.full(4, np.inf)), (n, 1, 1))
         status = np.full(n, int(EstimateStatus.BAD_INPUT), np.int32)
-        for rows, obj, mine, found in identify(fitted, examples, settings, key=jax.random.key(0)):
+        for rows, part, centroid, mine, found in identify(
+            fitted, examples, settings, key=jax.random.key(0)
+        ):
             with jax.enable_x64(True):
-                part = _double(take(examples, rows))
-                values = _answers(found, part, mine, np.asarray(obj.center[:2], float))
+                values = _answers(found, part, mine, centroid)
             seen = np.asarray(found.search.iterations) > 0
-            seen &= np.asarray(part.status) == 0
+            seen &= np.asarray(part.status) == PushStatus.OK
             fine = seen & (values[2] == EstimateStatus.OK)
             mean[rows[fine]], covariance[rows[fine]] = values[0][fine], values[1][fine]
             status[rows] = np.where(seen, values[2], EstimateStatus.BAD_INPUT)

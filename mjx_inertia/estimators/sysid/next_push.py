@@ -18,13 +18,13 @@ from flax import struct
 from jaxtyping import Float, Int
 
 from mjx_inertia.estimators.sysid.batch import equations_at
-from mjx_inertia.estimators.sysid.observation import Observation, observe
+from mjx_inertia.estimators.sysid.observation import observed
 from mjx_inertia.estimators.sysid.settings import SysidSettings
 from mjx_inertia.estimators.sysid.unknowns import bounds, to_parameters
 from mjx_inertia.pushing import PushRecord, PushSetup, Scene, StraightMotion, simulate
+from mjx_inertia.pushing.settings import CLEARANCE
 from mjx_inertia.spatial import AnyArray
 
-_CLEARANCE = 1e-5  # m; off the face at the start, so that rounding does not decide the first touch
 _SIMULATED = 256  # pushes at once: sets of every size share one compiled simulation
 _TARGETS = ("mass", "inertia", "com_x", "com_y")
 Criterion = Literal["A", "D"]
@@ -141,7 +141,7 @@ def straight_pushes(
         (length + run_up) / speed,
     )
     motion = StraightMotion(
-        start=point - (tip_radius + _CLEARANCE) * normal,
+        start=point - (tip_radius + CLEARANCE) * normal,
         direction=np.cos(angle)[:, None] * normal + np.sin(angle)[:, None] * tangent,
         speed=speed.astype(float),
         ramp=ramp,
@@ -247,15 +247,6 @@ def _padded(record: PushRecord, rows: int, samples: int) -> PushRecord:
     signals = {k: longer(getattr(record, k)) for k in PushRecord.__dataclass_fields__}
     fixed = {k: np.asarray(getattr(record, k))[:rows] for k in ("contact_point", "contact_normal")}
     return PushRecord(**{**signals, **fixed})
-
-
-_observe = jax.jit(jax.vmap(observe, in_axes=(0, None)), static_argnums=1)
-
-
-def observed(record: PushRecord, settings: SysidSettings) -> Observation:
-    """Records as observations in double precision, numpy."""
-    with jax.enable_x64(True):
-        return jax.tree.map(np.asarray, _observe(record, settings))
 
 
 def expected_information(

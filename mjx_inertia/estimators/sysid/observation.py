@@ -9,6 +9,7 @@ In: a `PushRecord`. Out: `Observation`; residuals of one sample given the simula
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from flax import struct
 from jaxtyping import Array, Float, Int
 
@@ -17,7 +18,7 @@ from mjx_inertia.estimators.sysid.settings import CHANNELS, SysidSettings
 from mjx_inertia.estimators.sysid.unknowns import Instrument
 from mjx_inertia.pushing import PushRecord, PushStatus
 from mjx_inertia.pushing.rollout import Sample
-from mjx_inertia.spatial import AnyArray
+from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
 
 WIDTH = 9  # f_x, f_y, m_c, u_cx, u_cy, w, x, y, yaw
 
@@ -49,11 +50,6 @@ class Observation:
     length: Int[AnyArray, "*n"]
 
 
-def _turned(angle: Float[AnyArray, "*n"], arm: Float[AnyArray, "2"]) -> Float[Array, "*n 2"]:
-    cos, sin = jnp.cos(angle), jnp.sin(angle)
-    return jnp.stack([cos * arm[0] - sin * arm[1], sin * arm[0] + cos * arm[1]], -1)
-
-
 def _at_contact(
     lever: Float[AnyArray, "*n 2"],
     force: Float[AnyArray, "*n 2"],
@@ -61,7 +57,7 @@ def _at_contact(
     twist: Float[AnyArray, "*n 3"],
 ) -> Float[Array, "*n 6"]:
     """Force, moment about and velocity of the contact point, spin."""
-    about = moment - (lever[..., 0] * force[..., 1] - lever[..., 1] * force[..., 0])
+    about = moment - planar_cross(lever, force)
     spin = twist[..., 2:]
     across = jnp.stack([-lever[..., 1], lever[..., 0]], -1)
     return jnp.concatenate([force, about[..., None], twist[..., :2] + spin * across, spin], -1)
@@ -76,7 +72,7 @@ def signal_values(
     arm: Float[AnyArray, "2"],
 ) -> Float[Array, "t 9"]:
     """The nine compared signals; positions from where the push began."""
-    lever = _turned(pose[:, 2] - start[2], arm)
+    lever = planar_rotate(pose[:, 2] - start[2], arm)
     return jnp.concatenate([_at_contact(lever, force, moment, twist), pose - start], -1)
 
 
@@ -135,6 +131,15 @@ def observe(record: PushRecord, settings: SysidSettings) -> Observation:
     )
 
 
+_observe = jax.jit(jax.vmap(observe, in_axes=(0, None)), static_argnums=1)
+
+
+def observed(records: PushRecord, settings: SysidSettings) -> Observation:
+    """Records with a leading axis as observations in double precision, numpy arrays."""
+    with jax.enable_x64(True):
+        return jax.tree.map(np.asarray, _observe(records, settings))
+
+
 def sample_residual(
     o: Observation,
     k: Int[AnyArray, ""],
@@ -156,12 +161,10 @@ def sample_residual(
     moment = (1 - share) * o.moment[low] + share * o.moment[low + 1]
     carried = instrument.probe_mass * o.tip_acceleration[k] + instrument.force_bias
     start = o.pose[0] + instrument.pose_error
-    lever = _turned(simulated.pose[2] - start[2], o.arm)
+    lever = planar_rotate(simulated.pose[2] - start[2], o.arm)
     predicted = _at_contact(lever, simulated.force, simulated.moment, simulated.twist)
-    measured = _at_contact(lever, force - carried, moment - _cross(lever, carried), o.twist[k])
+    measured = _at_contact(
+        lever, force - carried, moment - planar_cross(lever, carried), o.twist[k]
+    )
     gap = jnp.concatenate([measured - predicted, o.pose[k] - simulated.pose])
     return gap * o.weight[k]
-
-
-def _cross(a: Float[AnyArray, "2"], b: Float[AnyArray, "2"]) -> Float[Array, ""]:
-    return a[0] * b[1] - a[1] * b[0]

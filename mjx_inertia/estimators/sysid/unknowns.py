@@ -6,6 +6,8 @@ the CoM free of each other: the planar log-Cholesky form). In: coordinates. Out:
 and the `Instrument`.
 """
 
+from collections.abc import Mapping
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -48,6 +50,17 @@ def to_coordinate(name: str, value: Float[AnyArray, "*n"], beliefs: Beliefs) -> 
     if name in LOGARITHMIC:
         return jnp.log(value / belief.center) / belief.spread
     return (value - belief.center) / belief.spread
+
+
+def to_coordinates(
+    values: Mapping[str, Float[AnyArray, "*n"] | float], settings: SysidSettings
+) -> Float[Array, "*n p"]:
+    """Coordinates of the estimated unknowns, given by name."""
+    columns = [
+        to_coordinate(name, jnp.asarray(values[name]), settings.beliefs)
+        for name in settings.estimated
+    ]
+    return jnp.stack(columns, -1)
 
 
 def bounds(settings: SysidSettings) -> tuple[Float[Array, " p"], Float[Array, " p"]]:
