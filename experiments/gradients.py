@@ -16,7 +16,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import jax
@@ -128,14 +128,10 @@ REGIMES = (
 
 
 def program(scene: Scene) -> Callable:
-    """Signals of one segment and their derivative, for many pushes; the time step is an input."""
+    """Signals of one segment and their derivative, for many pushes; a sample is a step."""
     nominal = object_parameters(scene.object_model, friction=0.4)
 
-    def signals(
-        theta: jax.Array, state: State, motion: StraightMotion, timestep: jax.Array
-    ) -> tuple:
-        option = scene.mjx_model.opt.replace(timestep=timestep)
-        here = replace(scene, mjx_model=scene.mjx_model.replace(opt=option))
+    def signals(theta: jax.Array, state: State, motion: StraightMotion) -> tuple:
         parameters = nominal.replace(
             mass=theta[0],
             inertia=jnp.asarray(nominal.inertia).at[2].set(theta[1]),
@@ -145,19 +141,16 @@ def program(scene: Scene) -> Callable:
             tip_friction=theta[6],
             tip_time_constant=theta[7],
         )
-        state, s = rollout(here, parameters, motion, state, jnp.int32(0), SEGMENT)
+        state, s = rollout(scene, parameters, motion, state, jnp.int32(0), SEGMENT)
         return state, jnp.concatenate([s.force, s.moment[:, None], s.pose, s.twist], 1)
 
     def both(
-        theta: jax.Array, change: jax.Array, state: State, slope: State, motion: StraightMotion,
-        timestep: jax.Array,
-    ) -> tuple:  # fmt: skip
-        run = functools.partial(signals, motion=motion, timestep=timestep)
+        theta: jax.Array, change: jax.Array, state: State, slope: State, motion: StraightMotion
+    ) -> tuple:
+        run = functools.partial(signals, motion=motion)
         return jax.jvp(run, (theta, state), (change, slope))
 
-    return jax.jit(
-        jax.vmap(both, in_axes=(0, 0, 0, 0, 0, None)), compiler_options=runtime.compiler_options()
-    )
+    return jax.jit(jax.vmap(both), compiler_options=runtime.compiler_options())
 
 
 def simulate(
@@ -166,11 +159,10 @@ def simulate(
     regimes: list[Regime],
     theta: np.ndarray,
     change: np.ndarray,
-    timestep: float,
     duration: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Signals (n, samples, 9) and their derivatives along `change`, for n pushes."""
-    dtype = scene.data.qpos.dtype
+    dtype, timestep = scene.data.qpos.dtype, scene.settings.timestep
     column = functools.partial(np.array, dtype=dtype)
     start = column([[-HALF - RADIUS - r.gap, r.offset] for r in regimes])
     start[:, 0] += theta[:, -1]
@@ -186,16 +178,14 @@ def simulate(
     at_rest = jax.vmap(functools.partial(initial_state, scene))
     state = at_rest(jnp.zeros((n, 3), dtype), jnp.asarray(start))
     slope = jax.tree.map(jnp.zeros_like, state)
-    slope = slope.replace(qpos=slope.qpos.at[:, -2].set(change[:, -1]))
+    slope = slope.replace(qpos=(*slope.qpos[:-2], column(change[:, -1]), slope.qpos[-1]))
     values, slopes = [], []
     segments = round(duration / (timestep * SEGMENT))
     for i in range(segments):
         if 2 * i >= segments:
             stops = np.array([r.stops for r in regimes])
             motion = motion.replace(speed=column([r.speed for r in regimes]) * ~stops)
-        (state, y), (slope, dy) = run(
-            column(theta), column(change), state, slope, motion, column(timestep)
-        )
+        (state, y), (slope, dy) = run(column(theta), column(change), state, slope, motion)
         values.append(y)
         slopes.append(dy)
     mean = functools.partial(samples, steps=round(SAMPLE / timestep))
@@ -225,8 +215,14 @@ def reference(central: np.ndarray) -> tuple[np.ndarray, float]:
     return mean, float(gaps[best] / np.abs(mean).max())
 
 
-def check(timestep: float, duration: float, runs: dict[str, tuple[Callable, Scene]]) -> list[dict]:
+def check(timestep: float, duration: float) -> list[dict]:
     """Rows of errors at one time step: for each regime and parameter."""
+    settings = SceneSettings(rate=1 / timestep, max_timestep=timestep, solver_iterations=100)
+    runs: dict[str, tuple[Callable, Scene]] = {}
+    for name, wide in (("float64", True), ("float32", False)):
+        with jax.enable_x64(wide):
+            scene = build_scene(cube(2 * HALF, 2.0), settings)
+            runs[name] = (program(scene), scene)
     value = np.array([v for v, _ in PARAMETERS.values()])
     size = np.array([s for _, s in PARAMETERS.values()])
     p, relative = len(size), np.array([0.0, *STEPS, SECANT])
@@ -238,7 +234,7 @@ def check(timestep: float, duration: float, runs: dict[str, tuple[Callable, Scen
     many = [r for r in REGIMES for _ in range(len(signs) * p)]
     y, dy = simulate(
         *runs["float64"], many, np.tile(theta.reshape(-1, p), (len(REGIMES), 1)),
-        np.tile(moved.reshape(-1, p), (len(REGIMES), 1)), timestep, duration,
+        np.tile(moved.reshape(-1, p), (len(REGIMES), 1)), duration,
     )  # fmt: skip
     y = y.reshape(len(REGIMES), len(signs), p, *y.shape[1:])
     dy = dy.reshape(y.shape)[:, 0]
@@ -246,7 +242,7 @@ def check(timestep: float, duration: float, runs: dict[str, tuple[Callable, Scen
         few = [r for r in REGIMES for _ in range(p)]
         base = np.tile(value, (len(few), 1)).astype(np.float32)
         one = np.tile(np.eye(p, dtype=np.float32), (len(REGIMES), 1))
-        _, single = simulate(*runs["float32"], few, base, one, timestep, duration)
+        _, single = simulate(*runs["float32"], few, base, one, duration)
     single = single.reshape(dy.shape)
     return [
         compared(r, timestep, name, y[i, :, j], dy[i, j], single[i, j], relative, size[j])
@@ -355,16 +351,9 @@ def main() -> None:
     options = dict(a.split("=") for a in sys.argv[1:])
     duration = 1e-3 * int(options.get("steps", 500))
     runtime.configure(devices=1, float64=True)
-    runs = {}
-    for name, wide in (("float64", True), ("float32", False)):
-        with jax.enable_x64(wide):
-            scene = build_scene(
-                cube(2 * HALF, 2.0), SceneSettings(rate=200.0, solver_iterations=100)
-            )
-            runs[name] = (program(scene), scene)
     rows = []
     for timestep in TIMESTEPS:
-        rows += check(timestep, duration, runs)
+        rows += check(timestep, duration)
         print(f"{1e3 * timestep:g} ms done, {time.perf_counter() - begin:.0f} s", flush=True)
     order = [r.name for r in REGIMES]
     rows.sort(key=lambda r: order.index(r["regime"]))  # stable: time steps keep their order

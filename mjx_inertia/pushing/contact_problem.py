@@ -17,6 +17,7 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
+from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.small_linalg import Vector, dot, matvec
 
@@ -124,7 +125,9 @@ def read_problem(
 def slip(c: Constraints, acceleration: Vector) -> list[Array]:
     """J a - a_ref of each row of each constraint of a kind."""
     spread = [a[None] for a in acceleration]
-    return [dot(j, spread) - ref for j, ref in zip(c.jacobian, c.reference, strict=True)]
+    return [
+        computed_once(dot(j, spread) - ref) for j, ref in zip(c.jacobian, c.reference, strict=True)
+    ]
 
 
 def cone(c: Constraints, slip: Vector) -> tuple[list[Array], list[list[Array]]]:
@@ -180,6 +183,7 @@ def gradient(problem: ContactProblem, a: Vector) -> list[Array]:
     total = smooth_gradient(problem, a)
     for c in problem.constraints:
         force, _ = cone(c, slip(c, a))
+        force = [computed_once(f) for f in force]
         for j in range(len(a)):
             total[j] = total[j] - dot([row[j] for row in c.jacobian], force).sum()
     return total

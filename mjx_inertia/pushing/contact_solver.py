@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import (
     TINY,
     Constraints,
@@ -166,7 +167,8 @@ def _minimiser_jvp(
     a = minimiser(problem, start, iterations, line_search)
     _, change = jax.jvp(lambda p: gradient(p, a), (problem,), (tangents[0],))
     _, hessian = gradient_and_hessian(problem, a)
-    return a, cholesky_solve(hessian, [-c for c in change])
+    slope = cholesky_solve(hessian, [computed_once(-c) for c in change])
+    return a, [computed_once(x) for x in slope]
 
 
 def solve(

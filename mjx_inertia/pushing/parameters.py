@@ -50,7 +50,7 @@ def object_parameters(
     tip_time_constant: float = 0.02,
     radius: float | None = None,
 ) -> PushParameters:
-    """Parameters of one object as its model says, c from its footprint unless `radius` gives it.
+    """Parameters of one object as its model says, c from its support unless `radius` gives it.
 
     Args:
       obj: the object.
@@ -61,7 +61,7 @@ def object_parameters(
     """
     com = np.asarray(obj.inertial.com)
     if radius is None:
-        radius = float(friction_radius(obj.outline, com[:2]))
+        radius = float(friction_radius(obj.support, com[:2]))
     return PushParameters(
         mass=jnp.asarray(obj.inertial.mass, float),
         inertia=jnp.diag(jnp.asarray(obj.inertial.inertia, float)),
@@ -97,14 +97,20 @@ def _pair_friction(scene: Scene, p: PushParameters) -> Float[Array, "npair 5"]:
     return friction.at[scene.floor_pairs].set(table).at[scene.tip_pairs].set(tip)
 
 
-def _feet_position(scene: Scene, p: PushParameters) -> Float[Array, "feet 3"]:
-    """One foot stands under the CoM, several are spread over the footprint."""
-    height = jnp.full((len(scene.feet), 1), scene.model.geom_size[scene.feet[0], 0])
+def feet_offsets(scene: Scene, p: PushParameters) -> Float[Array, "feet 2"]:
+    """Where the feet stand, m from the object frame's origin along its axes.
+
+    One foot stands under the CoM (table `limit_surface`), several are spread over the footprint.
+    """
     if scene.settings.table == "limit_surface":
-        flat = p.com[None, :2]
-    else:
-        flat = scene.object_model.center[:2] + jnp.asarray(scene.feet_fraction) * p.half_extents[:2]
-    return jnp.concatenate([flat, height], 1)
+        return jnp.asarray(p.com)[None, :2]
+    spread = jnp.asarray(scene.feet_fraction) * p.half_extents[:2]
+    return jnp.asarray(scene.object_model.center[:2] + spread)
+
+
+def _feet_position(scene: Scene, p: PushParameters) -> Float[Array, "feet 3"]:
+    height = jnp.full((len(scene.feet), 1), scene.model.geom_size[scene.feet[0], 0])
+    return jnp.concatenate([feet_offsets(scene, p), height], 1)
 
 
 def with_parameters(scene: Scene, p: PushParameters) -> mjx.Model:

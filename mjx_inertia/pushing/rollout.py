@@ -6,24 +6,31 @@ Written for one push; `simulate.py` maps it over many.
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.pushing import contact_solver
+from mjx_inertia.pushing.computed_once import computed_once
+from mjx_inertia.pushing.contact_problem import cone, slip
+from mjx_inertia.pushing.free_box import free_problem, integrate_rotation
 from mjx_inertia.pushing.motion import Motion
 from mjx_inertia.pushing.parameters import PushParameters, resting_height, with_parameters
+from mjx_inertia.pushing.planar_box import planar_problem
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.scene import Scene
+from mjx_inertia.pushing.small_linalg import dot
 
 
 @struct.dataclass
 class State:
-    """Simulation state of one push: positions, velocities and the solver's warm start."""
+    """Simulation state of one push: positions, velocities and the solver's warm start.
 
-    qpos: Float[Array, "*n nq"]
-    qvel: Float[Array, "*n nv"]
-    qacc: Float[Array, "*n nv"]
+    One array for each coordinate, so that in a batch the values of one coordinate lie side by side.
+    """
+
+    qpos: tuple[Float[Array, "*n"], ...]
+    qvel: tuple[Float[Array, "*n"], ...]
+    qacc: tuple[Float[Array, "*n"], ...]
 
 
 @struct.dataclass
@@ -40,28 +47,28 @@ class Sample:
 
 def initial_state(scene: Scene, pose: Float[Array, "3"], tip_start: Float[Array, "2"]) -> State:
     """The object at rest in the table's surface at `pose` (x, y, yaw), the tip at its start."""
-    nv = scene.model.nv
     dtype = scene.data.qpos.dtype
-    height = jnp.full(1, resting_height(scene), dtype)
-    if scene.planar:
-        body = jnp.concatenate([pose[:2], height, pose[2:]])
-    else:
-        half = 0.5 * pose[2]
-        turn = jnp.stack([jnp.cos(half), jnp.zeros(()), jnp.zeros(()), jnp.sin(half)])
-        body = jnp.concatenate([pose[:2], height, turn])
-    qpos = jnp.concatenate([body, tip_start]).astype(dtype)
-    return State(qpos=qpos, qvel=jnp.zeros(nv, dtype), qacc=jnp.zeros(nv, dtype))
+    x, y, yaw = (jnp.asarray(pose[i], dtype) for i in range(3))
+    zero = jnp.zeros_like(x)
+    height = zero + resting_height(scene)
+    turn = (yaw,) if scene.planar else (jnp.cos(0.5 * yaw), zero, zero, jnp.sin(0.5 * yaw))
+    tip = (jnp.asarray(tip_start[i], dtype) for i in range(2))
+    still = (zero,) * scene.model.nv
+    return State(qpos=(x, y, height, *turn, *tip), qvel=still, qacc=still)
 
 
-def forward(scene: Scene, model: mjx.Model, state: State) -> mjx.Data:
-    """Accelerations and contact forces at a state, by MJX's stages and our contact solver."""
-    data = scene.data.replace(qpos=state.qpos, qvel=state.qvel, qacc_warmstart=state.qacc)
+def _mjx_forward(
+    scene: Scene, model: mjx.Model, state: State
+) -> tuple[tuple[Array, ...], tuple[Array, Array, Array]]:
+    """Accelerations and the tip's wrench at a state, by MJX's stages and our contact solver."""
+    qpos, qvel, qacc = (jnp.stack(x) for x in (state.qpos, state.qvel, state.qacc))
+    data = scene.data.replace(qpos=qpos, qvel=qvel, qacc_warmstart=qacc)
     data = mjx.com_pos(model, mjx.kinematics(model, data))
     data = mjx.crb(model, data)
     data = mjx.make_constraint(model, mjx.collision(model, data))
     data = mjx.rne(model, mjx.com_vel(model, data))
     settings = scene.settings
-    return contact_solver.solve(
+    data = contact_solver.solve(
         model,
         data,
         -data.qfrc_bias,
@@ -69,15 +76,42 @@ def forward(scene: Scene, model: mjx.Model, state: State) -> mjx.Data:
         iterations=settings.solver_iterations,
         line_search=settings.line_search,
     )
-
-
-def _tip_wrench(scene: Scene, data: mjx.Data) -> tuple[Float[Array, "2"], Float[Array, ""]]:
-    """Force of the tip on the object (world) and its moment about the object-frame origin."""
     jacobian, (x, y) = data._impl.efc_J, scene.tip_dofs
     touches = (jacobian[:, x] != 0) | (jacobian[:, y] != 0)
     force = jnp.where(touches, data._impl.efc_force, 0.0)
     qfrc = (jacobian * force[:, None]).sum(0)
-    return -jnp.stack([qfrc[x], qfrc[y]]), qfrc[x - 1]  # yaw comes before the tip
+    # yaw comes before the tip
+    return tuple(data.qacc[i] for i in range(scene.model.nv)), (-qfrc[x], -qfrc[y], qfrc[x - 1])
+
+
+def _box_forward(
+    scene: Scene, parameters: PushParameters, state: State
+) -> tuple[tuple[Array, ...], tuple[Array, Array, Array]]:
+    """The same for a box, whose contacts are known in closed form."""
+    problem_at = planar_problem if scene.planar else free_problem
+    problem = problem_at(scene, parameters, state.qpos, state.qvel)
+    n, settings = len(problem.free), scene.settings
+    a = contact_solver.minimiser(
+        problem, list(state.qacc[:n]), settings.solver_iterations, settings.line_search
+    )
+    tip = problem.constraints[0]
+    force, _ = cone(tip, slip(tip, a))
+    force = [computed_once(f) for f in force]
+    x, y, yaw = (dot([row[i] for row in tip.jacobian], force)[0] for i in (0, 1, n - 1))
+    still = jnp.zeros_like(x)
+    return (*a, still, still), (x, y, yaw)
+
+
+def _moved(scene: Scene, state: State, acceleration: tuple[Array, ...]) -> State:
+    """One step of semi-implicit Euler integration."""
+    step, q = scene.settings.timestep, state.qpos
+    v = tuple(v + step * a for v, a in zip(state.qvel, acceleration, strict=True))
+    if scene.planar:
+        q = tuple(x + step * u for x, u in zip(q, v, strict=True))
+    else:
+        moved = [x + step * u for x, u in zip((*q[:3], *q[7:]), (*v[:3], *v[6:]), strict=True)]
+        q = (*moved[:3], *integrate_rotation(q[3:7], v[3:6], step), *moved[3:])
+    return State(qpos=q, qvel=v, qacc=acceleration)
 
 
 def _pose(scene: Scene, state: State) -> Float[Array, "3"]:
@@ -89,13 +123,22 @@ def _pose(scene: Scene, state: State) -> Float[Array, "3"]:
     return jnp.stack([q[0], q[1], yaw])
 
 
-def _step(scene: Scene, model: mjx.Model, state: State, tip: Array) -> tuple[State, Array, Array]:
-    state = state.replace(qvel=state.qvel.at[np.array(scene.tip_dofs)].set(tip))
-    data = forward(scene, model, state)
-    force, moment = _tip_wrench(scene, data)
-    warm = data.qacc
-    data = mjx.euler(model, data.replace(act_dot=jnp.zeros(0, data.qacc.dtype)))
-    return State(qpos=data.qpos, qvel=data.qvel, qacc=warm), force, moment
+def step(
+    scene: Scene, parameters: PushParameters, state: State, tip_velocity: Float[Array, "2"]
+) -> tuple[State, tuple[Array, Array, Array]]:
+    """One time step while the tip moves at a given velocity (m/s, world).
+
+    Returns:
+      The next state, and what the tip does to the object: force (N, x and y, world) and moment
+      about the object-frame origin (N m).
+    """
+    state = state.replace(qvel=(*state.qvel[:-2], tip_velocity[0], tip_velocity[1]))
+    if scene.object_model.is_box:
+        acceleration, wrench = _box_forward(scene, parameters, state)
+    else:
+        model = with_parameters(scene, parameters)
+        acceleration, wrench = _mjx_forward(scene, model, state)
+    return _moved(scene, state, acceleration), wrench
 
 
 def rollout(
@@ -119,31 +162,27 @@ def rollout(
     Returns:
       The state at the end and the signals, (samples, ...).
     """
-    model = with_parameters(scene, parameters)
-    step, substeps = scene.settings.timestep, scene.settings.substeps
+    timestep, substeps = scene.settings.timestep, scene.settings.substeps
 
     def sample(state: State, index: Int[Array, ""]) -> tuple[State, Sample]:
         def substep(carry: tuple, i: Int[Array, ""]) -> tuple[tuple, None]:
-            state, force, moment = carry
-            time = (index * substeps + i) * step
-            tip = motion.velocity(time, step).astype(state.qvel.dtype)
-            state, f, m = _step(scene, model, state, tip)
-            return (state, force + f / substeps, moment + m / substeps), None
+            state, total = carry
+            time = (index * substeps + i) * timestep
+            tip = motion.velocity(time, timestep).astype(state.qvel[0].dtype)
+            state, wrench = step(scene, parameters, state, tip)
+            return (state, tuple(t + w for t, w in zip(total, wrench, strict=True))), None
 
-        zero = jnp.zeros((), state.qpos.dtype)
-        (state, force, moment), _ = jax.lax.scan(
-            substep, (state, jnp.zeros(2, zero.dtype), zero), jnp.arange(substeps)
-        )
-        v, tip = state.qvel, np.array(scene.tip_dofs)
-        pose = _pose(scene, state)
+        zero = jnp.zeros_like(state.qpos[0])
+        (state, total), _ = jax.lax.scan(substep, (state, (zero,) * 3), jnp.arange(substeps))
+        v = state.qvel
         spin = v[3] if scene.planar else v[5]  # an upright object turns about its own z axis
         return state, Sample(
-            force=force,
-            moment=moment,
-            pose=pose,
+            force=jnp.stack(total[:2]) / substeps,
+            moment=total[2] / substeps,
+            pose=_pose(scene, state),
             twist=jnp.stack([v[0], v[1], spin]),
-            tip_position=state.qpos[tip - scene.model.nv],
-            tip_velocity=v[tip],
+            tip_position=jnp.stack(state.qpos[-2:]),
+            tip_velocity=jnp.stack(v[-2:]),
         )
 
     return jax.lax.scan(sample, state, first_sample + jnp.arange(samples))

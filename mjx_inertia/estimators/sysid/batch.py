@@ -24,7 +24,7 @@ from mjx_inertia.pushing import PushSetup, Scene
 from mjx_inertia.spatial import AnyArray
 
 _AXIS = "pushes"
-_WIDE, _NARROWER = 128, 8  # blocks this wide have a program that is so much narrower beside them
+_WIDE, _NARROWER = 64, 8  # blocks this wide have a program that is so much narrower beside them
 
 
 @functools.lru_cache(maxsize=8)
@@ -35,14 +35,14 @@ def _program(
     mesh = Mesh(np.array(jax.devices()), (_AXIS,))
     split, whole = PartitionSpec(_AXIS), PartitionSpec()
 
-    def one(
+    def block(
         z: Array, observation: Observation, setup: PushSetup, centroid: Array, samples: Array
     ) -> NormalEquations:
         data = information(scene, z, observation, setup, centroid, samples, settings)
-        return with_belief(data, z, settings)
+        return jax.vmap(functools.partial(with_belief, settings=settings))(data, z)
 
     run = jax.shard_map(
-        jax.vmap(one, in_axes=(0, 0, 0, None, None)),
+        block,
         mesh=mesh,
         in_specs=(split, split, split, whole, whole),
         out_specs=split,

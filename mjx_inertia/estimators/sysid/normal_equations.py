@@ -51,23 +51,31 @@ def _robust(r: Float[AnyArray, " w"], huber: float) -> tuple[Float[Array, ""], F
 
 def information(
     scene: Scene,
-    z: Float[AnyArray, " p"],
+    z: Float[AnyArray, "n p"],
     observation: Observation,
     setup: PushSetup,
     centroid: Float[AnyArray, "2"],
     samples: Int[AnyArray, ""],
     settings: SysidSettings,
 ) -> NormalEquations:
-    """Normal equations of the data alone, over the first `samples` samples of one push."""
-    p = z.shape[0]
+    """Normal equations of the data alone, over the first `samples` samples of n pushes.
 
-    def begin(z: Float[AnyArray, " p"]) -> State:
+    Directions are mapped outside of pushes, so that the pushes of a batch lie side by side in
+    memory.
+    """
+    n, p = z.shape
+
+    def begin(z: Float[AnyArray, " p"], setup: PushSetup) -> State:
         _, instrument = to_parameters(z, setup, centroid, settings)
         pose = jnp.asarray(setup.pose) + instrument.pose_error
         return initial_state(scene, pose, jnp.asarray(setup.motion.start))
 
     def advance(
-        z: Float[AnyArray, " p"], state: State, k: Int[Array, ""]
+        z: Float[AnyArray, " p"],
+        state: State,
+        setup: PushSetup,
+        observation: Observation,
+        k: Int[Array, ""],
     ) -> tuple[State, Float[Array, " w"]]:
         parameters: PushParameters
         instrument: Instrument
@@ -76,26 +84,34 @@ def information(
         sample = jax.tree.map(lambda x: x[0], sample)
         return state, sample_residual(observation, k, sample, instrument)
 
+    def begin_all(z: Float[AnyArray, "n p"]) -> State:
+        return jax.vmap(begin)(z, setup)
+
     def along(function: Callable, *primals: object) -> Callable:
         return lambda *tangents: jax.jvp(function, primals, tangents)
 
-    unit = jnp.eye(p, dtype=z.dtype)
-    state, slope = jax.vmap(along(begin, z), out_axes=(None, 0))(unit)
+    unit = jnp.broadcast_to(jnp.eye(p, dtype=z.dtype)[:, None], (p, n, p))
+    state, slope = jax.vmap(along(begin_all, z), out_axes=(None, 0))(unit)
 
     def body(k: Int[Array, ""], carry: tuple) -> tuple:
+        def advance_all(z: Float[AnyArray, "n p"], state: State) -> tuple[State, Array]:
+            return jax.vmap(advance, in_axes=(0, 0, 0, 0, None))(z, state, setup, observation, k)
+
         state, slope, sums = carry
         (state, r), (slope, rate) = jax.vmap(
-            along(lambda z, s: advance(z, s, k), z, state), out_axes=((None, None), (0, 0))
+            along(advance_all, z, state), out_axes=((None, None), (0, 0))
         )(unit, slope)
-        cost, weight = _robust(r, settings.huber)
+        cost, weight = jax.vmap(lambda r: _robust(r, settings.huber))(r)
         weighted = rate * weight
         sums = NormalEquations(
-            sums.cost + cost, sums.gradient + weighted @ r, sums.hessian + weighted @ rate.T
+            sums.cost + cost,
+            sums.gradient + jnp.sum(weighted * r, -1).T,
+            sums.hessian + jnp.einsum("inw,jnw->nij", weighted, rate),
         )
         return state, slope, sums
 
     zero = NormalEquations(
-        jnp.zeros((), z.dtype), jnp.zeros(p, z.dtype), jnp.zeros((p, p), z.dtype)
+        jnp.zeros(n, z.dtype), jnp.zeros((n, p), z.dtype), jnp.zeros((n, p, p), z.dtype)
     )
     _, _, sums = jax.lax.fori_loop(0, samples, body, (state, slope, zero))
     return sums

@@ -103,7 +103,7 @@ class SysidSettings:
     draws: int = 3
     coarse: float = 0.6
     iterations: int = 10
-    block: int = 128
+    block: int = 64
     misfit: float = 1.05
     progress: bool = True
     identifiable: float = 0.3
