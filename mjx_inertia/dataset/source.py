@@ -156,7 +156,7 @@ def measured_source(settings: MeasuredSettings, *, progress: bool = True) -> Sou
 def _measured_setup(batch: PushBatch, shapes: tuple[ObjectModel, ...]) -> PushSetup:
     """What was known of real pushes: the outlines, where things stood, and the tip's own path."""
     shape = np.asarray(batch.conditions.object_id).astype(np.int32)
-    radius = [friction_radius(obj.outline, obj.center[:2]) for obj in shapes]
+    radius = [friction_radius(obj.support, obj.center[:2]) for obj in shapes]
     return PushSetup(
         motion=measured_motion(batch.records),
         pose=np.asarray(batch.records.pose)[:, 0],

@@ -1,7 +1,24 @@
-"""Shapes with their true inertia: primitives, prisms on an outline, published objects."""
+"""Shapes with their true inertia: the catalogue, prisms on an outline, published objects."""
 
+from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
+from mjx_inertia.objects.compose import combine, re_mass, scale
 from mjx_inertia.objects.convex_pieces import area_error, convex_pieces
+from mjx_inertia.objects.density_field import properties_of_field
+from mjx_inertia.objects.depth_camera import (
+    CameraSettings,
+    DepthViews,
+    camera_ring,
+    cast_views,
+    join_views,
+    point_cloud,
+    with_noise,
+)
+from mjx_inertia.objects.depth_fusion import FusedSolid, FusionSettings, TriangleMesh, fuse_views
+from mjx_inertia.objects.from_parts import from_parts
+from mjx_inertia.objects.mass_properties import mass_properties, polyhedron_properties
 from mjx_inertia.objects.mcube import load_mcube_objects
+from mjx_inertia.objects.mesh_defects import Finding, MeshDefect, find_defects
+from mjx_inertia.objects.mesh_repair import RepairedMesh, repair_mesh
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.outline import (
     OutlineContact,
@@ -9,20 +26,73 @@ from mjx_inertia.objects.outline import (
     closest_on_outline,
     friction_radius,
     planar_integrals,
+    signed_area,
 )
+from mjx_inertia.objects.part import Part, moved, on_table, transformed, turned
 from mjx_inertia.objects.prism import cube, cuboid, prism
+from mjx_inertia.objects.random_shapes import RandomShapes, random_objects
+from mjx_inertia.objects.shape_and_push import (
+    FULL_INERTIA_NAMES,
+    FullInertia,
+    UniformityTest,
+    combine_shape_and_push,
+)
+from mjx_inertia.objects.shape_estimate import ShapeEstimate, estimate_shape
+from mjx_inertia.objects.voxels import VoxelGrid, voxel_properties, voxelize
 
 __all__ = [
+    "CATEGORIES",
+    "FULL_INERTIA_NAMES",
+    "CameraSettings",
+    "DepthViews",
+    "Finding",
+    "FullInertia",
+    "FusedSolid",
+    "FusionSettings",
+    "MeshDefect",
     "ObjectModel",
     "OutlineContact",
+    "Part",
     "PlanarIntegrals",
+    "RandomShapes",
+    "RepairedMesh",
+    "ShapeEstimate",
+    "TriangleMesh",
+    "UniformityTest",
+    "VoxelGrid",
     "area_error",
+    "camera_ring",
+    "cast_views",
     "closest_on_outline",
+    "combine",
+    "combine_shape_and_push",
     "convex_pieces",
     "cube",
     "cuboid",
+    "estimate_shape",
+    "find_defects",
     "friction_radius",
+    "from_parts",
+    "fuse_views",
+    "join_views",
+    "load_catalogue",
     "load_mcube_objects",
+    "mass_properties",
+    "moved",
+    "on_table",
     "planar_integrals",
+    "point_cloud",
+    "polyhedron_properties",
     "prism",
+    "properties_of_field",
+    "random_objects",
+    "re_mass",
+    "repair_mesh",
+    "scale",
+    "signed_area",
+    "transformed",
+    "turned",
+    "voxel_properties",
+    "voxelize",
+    "with_noise",
 ]

@@ -1,6 +1,7 @@
-"""A rigid object as pushing and grasping see it: an upright prism with known inertia.
+"""A rigid object as pushing and grasping see it: a solid with known inertia, at rest on a table.
 
-In: an outline, a height and inertial parameters. Out: `ObjectModel`, checked.
+In: a silhouette, a height, inertial parameters, and the solid itself unless it is an upright prism.
+Out: `ObjectModel`, checked.
 """
 
 import dataclasses
@@ -9,11 +10,14 @@ import functools
 import jax
 import numpy as np
 import shapely
+import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia.objects.convex_pieces import convex_pieces
+from mjx_inertia.objects.convex_solids import pieces_error, upright
 from mjx_inertia.objects.outline import PlanarIntegrals, planar_integrals, signed_area
+from mjx_inertia.objects.part import Color, Part
 from mjx_inertia.spatial import Consistency, InertialParameters, check_consistency, explain
 
 _check_consistency = jax.jit(check_consistency)
@@ -24,39 +28,66 @@ class ObjectModel:
     """An object that stands on a table.
 
     The object frame has its z axis up and z = 0 at the base; its origin is where the outline's
-    coordinates say, not at the CoM in general.
+    coordinates say, not at the CoM in general. `name`, `outline`, `height` and `inertial` alone
+    describe an upright prism; what else a prism has is made from them.
 
     Attributes:
       name: for messages and tables.
-      outline: (k, 2) of the footprint, m, simple; made counter-clockwise if it is not.
+      outline: (k, 2), m, simple: what the object covers as seen from above, without holes; made
+        counter-clockwise if it is not.
       height: m.
       inertial: true parameters in the object frame.
-      pieces: convex outlines, m, whose union is the footprint, for collision; made from the
-        outline when not given.
+      pieces: vertices (k, 3), m, of convex bodies whose union is close to the object, for
+        collision; `pieces_error` says how close.
+      support: rings of the patches that touch the table, m, those of holes clockwise; the pressure
+        of the table is taken to be uniform over them.
+      mesh: watertight surface of the whole, m.
+      parts: of one material each, which together are the object; none where only the whole is
+        known.
+      category: of the catalogue, or empty.
+      friction: Coulomb's coefficient on a wooden or plastic table.
+      color: red, green, blue from 0 to 1, where the parts have none.
+      source: where the figures come from.
 
     Raises:
-      ValueError: an outline, a height or a mass that no object can have.
+      ValueError: an outline, a height, a friction or a mass that no object can have.
     """
 
     name: str
     outline: Float[ndarray, "k 2"]
     height: float
     inertial: InertialParameters
-    pieces: tuple[Float[ndarray, "_ 2"], ...] = ()
+    pieces: tuple[Float[ndarray, "_ 3"], ...] = ()
+    support: tuple[Float[ndarray, "_ 2"], ...] = ()
+    mesh: trimesh.Trimesh = dataclasses.field(default_factory=trimesh.Trimesh)
+    parts: tuple[Part, ...] = ()
+    category: str = ""
+    friction: float = 0.4
+    color: Color = (0.6, 0.6, 0.6)
+    source: str = ""
 
     def __post_init__(self) -> None:
         """Checks the fields and completes them."""
         outline = checked_outline(self.outline, self.name)
         if not (np.isfinite(self.height) and self.height > 0.0):
             raise ValueError(f"{self.name}: height {self.height} m is not positive")
+        if not (np.isfinite(self.friction) and self.friction >= 0.0):
+            raise ValueError(f"{self.name}: friction {self.friction} is negative or not finite")
         if _check_consistency(self.inertial) > Consistency.ON_BOUNDARY:
             raise ValueError(f"{self.name}: {explain(self.inertial)}")
         object.__setattr__(self, "outline", outline)
-        object.__setattr__(self, "pieces", self.pieces or convex_pieces(outline))
+        object.__setattr__(self, "support", self.support or (outline,))
+        if self.mesh.is_empty:
+            polygon = shapely.Polygon(outline)
+            prism = trimesh.creation.extrude_polygon(polygon, self.height, engine="manifold")
+            object.__setattr__(self, "mesh", prism)
+        if not self.pieces:
+            pieces = tuple(upright(piece, self.height) for piece in convex_pieces(outline))
+            object.__setattr__(self, "pieces", pieces)
 
     @functools.cached_property
     def footprint(self) -> PlanarIntegrals:
-        """Area, centroid and second moments of the footprint."""
+        """Area, centroid and second moments of the area inside the outline."""
         return planar_integrals(self.outline)
 
     @property
@@ -66,11 +97,27 @@ class ObjectModel:
 
     @functools.cached_property
     def is_box(self) -> bool:
-        """Whether the outline is a rectangle along the axes of the object frame."""
-        if len(self.outline) != 4:
+        """Whether it is a box with edges along the axes of the object frame."""
+        if len(self.outline) != 4 or not self.is_convex or len(self.pieces[0]) != 8:
             return False
-        step = np.abs(np.roll(self.outline, -1, axis=0) - self.outline)
-        return bool(np.all(step.min(axis=1) <= 1e-9 * step.max()))
+        off = np.abs(np.abs(self.pieces[0] - self.center) - self.half_extents)
+        return bool(np.all(off <= 1e-9 * self.half_extents.max()))
+
+    @functools.cached_property
+    def pieces_error(self) -> float:
+        """Volume in the object or in its `pieces` but not in both, as a share of the object's."""
+        return pieces_error(self.mesh, self.pieces)
+
+    @functools.cached_property
+    def stability(self) -> float:
+        """Distance of the CoM, seen from above, inside the hull of `support`, m.
+
+        Negative where the object topples.
+        """
+        hull = shapely.MultiPoint(np.concatenate(self.support)).convex_hull
+        com = shapely.Point(np.asarray(self.inertial.com)[:2])
+        distance = float(hull.boundary.distance(com))
+        return distance if hull.covers(com) else -distance
 
     @property
     def center(self) -> Float[ndarray, "3"]:

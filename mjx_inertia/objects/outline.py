@@ -83,12 +83,35 @@ def planar_integrals(outline: Float[ndarray, "k 2"]) -> PlanarIntegrals:
     )
 
 
-def friction_radius(outline: Float[ndarray, "k 2"], about: Float[ndarray, "2"]) -> float:
+def friction_radius(
+    outline: Float[ndarray, "k 2"] | tuple[Float[ndarray, "_ 2"], ...], about: Float[ndarray, "2"]
+) -> float:
     """Mean distance in m of the area inside `outline` from the point `about`.
 
     Under uniform pressure this is c = m_max / f_max, the largest friction moment about that point
     over the largest friction force (thesis Eq. 3.6, with the moment as a magnitude μ ∫ |r| p dA).
     For a square of edge a about its centre it is 0.3826 a.
+
+    Args:
+      outline: one ring, or those of several patches, counter-clockwise, and of their holes,
+        clockwise.
+      about: m.
+
+    Raises:
+      ValueError: the rings enclose no area.
+    """
+    rings = outline if isinstance(outline, tuple) else (outline,)
+    area = sum(signed_area(ring) for ring in rings)
+    if not area > 0.0:
+        raise ValueError(
+            f"outline: signed area {area:.3g} m² is not positive; "
+            "give a counter-clockwise outline that encloses an area"
+        )
+    return sum(_first_moment(ring, about) for ring in rings) / area
+
+
+def _first_moment(outline: Float[ndarray, "k 2"], about: Float[ndarray, "2"]) -> float:
+    """∫ |r| dA over the area inside a ring, m³; negative for a clockwise one.
 
     Exact: a triangle from `about` to an edge at signed distance d, whose ends lie at t₁ and t₂
     along the edge from the foot of the perpendicular, holds
@@ -105,8 +128,7 @@ def friction_radius(outline: Float[ndarray, "k 2"], about: Float[ndarray, "2"]) 
         off_edge = np.where(d == 0.0, 1.0, np.abs(d))
         return (d * t * np.hypot(d, t) + d**3 * np.arcsinh(t / off_edge)) / 6.0
 
-    first_moment = np.sum(primitive(t1 + length) - primitive(t1))
-    return float(first_moment / planar_integrals(outline).area)
+    return float(np.sum(primitive(t1 + length) - primitive(t1)))
 
 
 def closest_on_outline(

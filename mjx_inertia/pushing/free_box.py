@@ -1,6 +1,6 @@
 """A box that stands on its corners and moves freely: dynamics and contacts in closed form.
 
-The counterpart of `planar_box.py` for the table `corners`. Velocities are MuJoCo's: of the object
+The counterpart of `planar_prism.py` for the table `corners`. Velocities are MuJoCo's: of the object
 frame's origin in world axes, and angular in the object's own axes.
 In: parameters, state. Out: the contact problem over the six degrees of freedom.
 """
@@ -9,10 +9,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import Constraints, ContactProblem
 from mjx_inertia.pushing.contact_rows import contact_rows
+from mjx_inertia.pushing.nearest import nearest_on_box
 from mjx_inertia.pushing.parameters import PushParameters
-from mjx_inertia.pushing.planar_box import floor_law, nearest_on_box, tip_law
+from mjx_inertia.pushing.planar_prism import floor_law, tip_law
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.settings import GRAVITY
 from mjx_inertia.pushing.small_linalg import Matrix, Vector, dot, matvec
@@ -82,9 +84,11 @@ def _tip_contact(
         [x - c for x, c in zip(place, middle_of_box, strict=True)],
         [p.half_extents[i] for i in range(3)],
     )
+    distance, local = computed_once(distance), [computed_once(n) for n in local]
     middle = 0.5 * (distance + radius)  # contact: halfway between the two surfaces
     lever = [x + n * middle for x, n in zip(place, local, strict=True)]
-    normal = matvec(rotation, local)
+    lever = [computed_once(x) for x in lever]
+    normal = [computed_once(n) for n in matvec(rotation, local)]
     level = jax.lax.rsqrt(normal[0] ** 2 + normal[1] ** 2)
     tangent = [-normal[1] * level, normal[0] * level, jnp.zeros_like(level)]
     directions = [normal, tangent, _cross(normal, tangent)]
@@ -115,7 +119,7 @@ def _floor_contacts(
     x = center[0] + jnp.array([1.0, -1.0, -1.0, 1.0]) * p.half_extents[0]
     y = center[1] + jnp.array([1.0, 1.0, -1.0, -1.0]) * p.half_extents[1]
     zero, one = jnp.zeros_like(x), jnp.ones_like(x)
-    distance = q[2] + rotation[2][0] * x + rotation[2][1] * y
+    distance = computed_once(q[2] + rotation[2][0] * x + rotation[2][1] * y)
     # contact: halfway between corner and table, straight above or below the corner
     lever = [b - 0.5 * distance * r for b, r in zip([x, y, zero], rotation[2], strict=True)]
     directions = [[zero, zero, one], [one, zero, zero], [zero, one, zero]]
@@ -131,7 +135,7 @@ def free_problem(scene: Scene, p: PushParameters, q: Vector, v: Vector) -> Conta
 
     Of its two kinds of constraints the first is the tip's.
     """
-    rotation = _rotation(q[3:7])
+    rotation = [[computed_once(x) for x in row] for row in _rotation(q[3:7])]
     m, zero = jnp.asarray(p.mass), jnp.zeros_like(q[0])
     com, spin = [jnp.asarray(p.com)[i] for i in range(3)], v[3:6]
     unit = [[jnp.ones_like(zero) if i == j else zero for j in range(3)] for i in range(3)]

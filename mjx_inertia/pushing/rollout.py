@@ -15,7 +15,7 @@ from mjx_inertia.pushing.contact_problem import cone, slip
 from mjx_inertia.pushing.free_box import free_problem, integrate_rotation
 from mjx_inertia.pushing.motion import Motion
 from mjx_inertia.pushing.parameters import PushParameters, resting_height, with_parameters
-from mjx_inertia.pushing.planar_box import planar_problem
+from mjx_inertia.pushing.planar_prism import planar_problem
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.small_linalg import dot
@@ -84,10 +84,10 @@ def _mjx_forward(
     return tuple(data.qacc[i] for i in range(scene.model.nv)), (-qfrc[x], -qfrc[y], qfrc[x - 1])
 
 
-def _box_forward(
+def _known_forward(
     scene: Scene, parameters: PushParameters, state: State
 ) -> tuple[tuple[Array, ...], tuple[Array, Array, Array]]:
-    """The same for a box, whose contacts are known in closed form."""
+    """The same for an object whose contacts are known in closed form."""
     problem_at = planar_problem if scene.planar else free_problem
     problem = problem_at(scene, parameters, state.qpos, state.qvel)
     n, settings = len(problem.free), scene.settings
@@ -97,7 +97,7 @@ def _box_forward(
     tip = problem.constraints[0]
     force, _ = cone(tip, slip(tip, a))
     force = [computed_once(f) for f in force]
-    x, y, yaw = (dot([row[i] for row in tip.jacobian], force)[0] for i in (0, 1, n - 1))
+    x, y, yaw = (dot([row[i] for row in tip.jacobian], force).sum() for i in (0, 1, n - 1))
     still = jnp.zeros_like(x)
     return (*a, still, still), (x, y, yaw)
 
@@ -133,8 +133,8 @@ def step(
       about the object-frame origin (N m).
     """
     state = state.replace(qvel=(*state.qvel[:-2], tip_velocity[0], tip_velocity[1]))
-    if scene.object_model.is_box:
-        acceleration, wrench = _box_forward(scene, parameters, state)
+    if scene.is_known:
+        acceleration, wrench = _known_forward(scene, parameters, state)
     else:
         model = with_parameters(scene, parameters)
         acceleration, wrench = _mjx_forward(scene, model, state)

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from shapely.geometry import Point, Polygon
+from shapely import Point, Polygon, union_all
 
-from mjx_inertia.objects import ObjectModel
+from mjx_inertia.objects import ObjectModel, signed_area
+from mjx_inertia.pushing.nearest import upright_polygons
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.settings import (
     FLOOR_SOLIMP,
@@ -46,6 +47,7 @@ class Scene:
         centre of the footprint (`pads`), else zeros.
       tip_pairs, floor_pairs: contact pair ids.
       planar: the object moves in the plane of the table (and up and down), else freely.
+      polygons: plans of the pieces of an object that is not a box but made of upright prisms.
     """
 
     object_model: ObjectModel
@@ -61,6 +63,12 @@ class Scene:
     tip_pairs: np.ndarray
     floor_pairs: np.ndarray
     planar: bool
+    polygons: np.ndarray | None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the contacts of this scene are known in closed form, without MJX."""
+        return self.object_model.is_box or (self.planar and self.polygons is not None)
 
     @property
     def tip_dofs(self) -> tuple[int, int]:
@@ -73,11 +81,20 @@ def _feet_fraction(obj: ObjectModel, settings: SceneSettings) -> np.ndarray:
         return np.zeros((0, 2))
     if settings.table == "limit_surface":
         return np.zeros((1, 2))
-    line = (np.arange(settings.pads) + 0.5) / settings.pads * 2 - 1
+    stands_on = union_all([Polygon(ring) for ring in obj.support if signed_area(ring) > 0.0])
+    holes = union_all([Polygon(ring) for ring in obj.support if signed_area(ring) < 0.0])
+    low, high = np.array(stands_on.bounds).reshape(2, 2)
+    line = (np.arange(settings.pads) + 0.5) / settings.pads
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), -1).reshape(-1, 2)
-    inside = Polygon(obj.outline)
-    spots = obj.center[:2] + grid * obj.half_extents[:2]
-    return grid[[inside.contains(Point(*spot)) for spot in spots]]
+    spots = low + grid * (high - low)
+    inside = stands_on.difference(holes)
+    spots = spots[[inside.contains(Point(*spot)) for spot in spots]]
+    if len(spots) < 3:  # a rim, feet or wheels, which the grid misses
+        directions = np.pi / 4 * np.arange(8)
+        corners = np.concatenate(obj.support)
+        along = corners @ np.stack([np.cos(directions), np.sin(directions)])
+        spots = np.unique(corners[along.argmax(axis=0)], axis=0)
+    return (spots - obj.center[:2]) / obj.half_extents[:2]
 
 
 def _add_object(spec: mujoco.MjSpec, obj: ObjectModel, settings: SceneSettings) -> list[str]:
@@ -105,8 +122,7 @@ def _add_object(spec: mujoco.MjSpec, obj: ObjectModel, settings: SceneSettings) 
         return ["hull0"]
     names = []
     for i, piece in enumerate(obj.pieces):
-        ring = np.concatenate([np.c_[piece, np.full(len(piece), z)] for z in (0.0, obj.height)])
-        spec.add_mesh(name=f"piece{i}", uservert=ring.reshape(-1))
+        spec.add_mesh(name=f"piece{i}", uservert=piece.reshape(-1))
         body.add_geom(name=f"hull{i}", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"piece{i}", **off)
         names.append(f"hull{i}")
     return names
@@ -215,4 +231,5 @@ def build_scene(obj: ObjectModel, settings: SceneSettings | None = None) -> Scen
         tip_pairs=_starting(pairs, "tip"),
         floor_pairs=_starting(pairs, "floor"),
         planar=settings.table != "corners",
+        polygons=None if obj.is_box else upright_polygons(obj),
     )

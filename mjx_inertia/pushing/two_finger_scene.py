@@ -143,7 +143,7 @@ def _model(obj: ObjectModel, friction: float, settings: TwoFingerSettings) -> mu
     com = np.asarray(obj.inertial.com)
     spec.body("object").ipos = com
     spec.geom("foot0").pos = (com[0], com[1], spec.geom("foot0").size[0])
-    torsion = friction * float(friction_radius(obj.outline, com[:2]))
+    torsion = friction * float(friction_radius(obj.support, com[:2]))
     for pair in spec.pairs:
         if pair.name.startswith("floor"):
             pair.friction = (friction, friction, torsion, 0.0, 0.0)

@@ -7,6 +7,7 @@ from typing import Literal
 from mjx_inertia.objects.part import Part
 
 Category = Literal["Primitives", "Tools", "Home", "Toys", "Pushing"]
+Builder = Callable[..., tuple[Part, ...]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,7 +27,14 @@ class Recipe:
 
     name: str
     category: Category
-    build: Callable[..., tuple[Part, ...]]
+    build: Builder
     mass: float | None
     source: str
     friction: float = 0.4
+
+
+def of_function(
+    build: Builder, category: Category, mass: float | None, source: str, friction: float = 0.4
+) -> Recipe:
+    """The recipe that has the name of its function."""
+    return Recipe(build.__name__, category, build, mass, source, friction)

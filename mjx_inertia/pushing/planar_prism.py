@@ -1,19 +1,17 @@
-"""A box that slides on the table, met by the tip: dynamics and contacts in closed form.
+"""An upright prism that slides on the table, met by the tip: dynamics and contacts in closed form.
 
 The step of the same scene in MJX (tested to rounding), at a tenth of its operations: MJX's general
 tree and collision code is most of what a batch of small scenes costs, above all with derivatives.
 In: parameters, state. Out: the contact problem over x, y, z and yaw.
 """
 
-import functools
-from collections.abc import Sequence
-
 import jax.numpy as jnp
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import Constraints, ContactProblem
 from mjx_inertia.pushing.contact_rows import ContactLaw, contact_rows
+from mjx_inertia.pushing.nearest import nearest_on_box, nearest_on_polygons
 from mjx_inertia.pushing.parameters import PushParameters, feet_offsets
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.settings import (
@@ -24,30 +22,6 @@ from mjx_inertia.pushing.settings import (
     TIP_SOLREF_FRICTION,
 )
 from mjx_inertia.pushing.small_linalg import Vector, dot
-
-
-def nearest_on_box(point: Sequence[Array], half: Sequence[Array]) -> tuple[Array, list[Array]]:
-    """Signed distance of a point from a box (or rectangle) and the inward normal nearest to it.
-
-    Args:
-      point: from the box's centre, along its edges, m.
-      half: half its edges, m.
-
-    Returns:
-      Distance (m, negative inside) and the components of the normal.
-    """
-    beyond = [jnp.abs(x) - h for x, h in zip(point, half, strict=True)]
-    inward = [jnp.where(x < 0, 1.0, -1.0) for x in point]
-    deepest = functools.reduce(jnp.maximum, beyond)
-    outside = deepest > 0
-    over = [jnp.maximum(b, 0.0) for b in beyond]
-    radius = jnp.sqrt(jnp.where(outside, dot(over, over), 1.0))
-    face = [jnp.where(b == deepest, 1.0, 0.0) for b in beyond]
-    normal = [
-        side * jnp.where(outside, o / radius, f)
-        for side, o, f in zip(inward, over, face, strict=True)
-    ]
-    return jnp.where(outside, radius, deepest), normal
 
 
 def tip_law(scene: Scene, p: PushParameters) -> ContactLaw:
@@ -66,6 +40,19 @@ def _turn(yaw: tuple[Array, Array], x: Array, y: Array) -> tuple[Array, Array]:
     return cosine * x - sine * y, sine * x + cosine * y
 
 
+def _nearest(
+    scene: Scene, p: PushParameters, x: Array, y: Array
+) -> tuple[Float[Array, " c"], list[Array]]:
+    """Distance of the tip's centre from each piece of the object, and the inward normals there."""
+    if scene.object_model.is_box:
+        center = scene.object_model.center
+        sides = (p.half_extents[0], p.half_extents[1])
+        distance, normal = nearest_on_box((x - center[0], y - center[1]), sides)
+        return distance[None], [n[None] for n in normal]
+    assert scene.polygons is not None
+    return nearest_on_polygons((x, y), scene.polygons)
+
+
 def _tip_contact(
     scene: Scene,
     p: PushParameters,
@@ -75,14 +62,13 @@ def _tip_contact(
 ) -> Constraints:
     inverse_yaw = (yaw[0], -yaw[1])
     x, y = _turn(inverse_yaw, q[4] - q[0], q[5] - q[1])
-    center, radius = scene.object_model.center, scene.settings.tip_radius
-    sides = (p.half_extents[0], p.half_extents[1])
-    distance, normal = nearest_on_box((x - center[0], y - center[1]), sides)
+    radius = scene.settings.tip_radius
+    distance, normal = _nearest(scene, p, x, y)
     distance = computed_once(distance)
     n_x, n_y = (computed_once(n) for n in _turn(yaw, *normal))
     middle = 0.5 * (distance + radius)  # contact: halfway between the two surfaces
     arm_x, arm_y = q[4] - q[0] + n_x * middle, q[5] - q[1] + n_y * middle
-    zero, one = jnp.zeros_like(x), jnp.ones_like(x)
+    zero, one = jnp.zeros_like(n_x), jnp.ones_like(n_x)
     jacobian = [
         [n_x, n_y, zero, arm_x * n_y - arm_y * n_x],
         [-n_y, n_x, zero, arm_x * n_x + arm_y * n_y],
@@ -92,9 +78,9 @@ def _tip_contact(
     velocity = [dot(row, v[:4]) - t for row, t in zip(jacobian, tip, strict=True)]
     return contact_rows(
         tip_law(scene, p),
-        (distance - radius)[None],
-        [[column[None] for column in row] for row in jacobian],
-        [u[None] for u in velocity],
+        distance - radius,
+        jacobian,
+        velocity,
         [jnp.asarray(p.tip_friction)] * 2,
         1.0 / p.mass + float(scene.model.body_invweight0[scene.tip_body, 0]),
     )

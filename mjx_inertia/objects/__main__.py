@@ -1,0 +1,52 @@
+"""The catalogue at the command line: `python -m mjx_inertia.objects`.
+
+Without a command it lists the objects; `gallery FILE` draws them.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from mjx_inertia import runtime
+from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
+from mjx_inertia.objects.gallery import gallery
+from mjx_inertia.objects.listing import table
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command; returns the exit status."""
+    given = _parser().parse_args(arguments)
+    runtime.configure(devices=1, float64=True)
+    try:
+        objects = load_catalogue(given.names or None, category=given.category or None)
+        if given.command == "gallery":
+            gallery(objects, given.file)
+            print(f"{len(objects)} objects in {given.file}")
+        else:
+            print(table(objects.values()))
+            print(f"{len(objects)} objects")
+    except (ValueError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    which = argparse.ArgumentParser(add_help=False)
+    which.add_argument("--names", nargs="+", default=[], help="these objects only")
+    which.add_argument("--category", nargs="+", default=[], help=f"of {', '.join(CATEGORIES)}")
+    parser = argparse.ArgumentParser(
+        prog="python -m mjx_inertia.objects",
+        description="Objects with meshes and true inertial parameters.",
+        parents=[which],
+    )
+    parser.set_defaults(command="list")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    commands.add_parser("list", help="a table of all (the default)", parents=[which])
+    sheet = commands.add_parser("gallery", help="a labelled sheet of all", parents=[which])
+    sheet.add_argument("file", metavar="FILE", help="to write, .png or .html")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,150 @@
+"""A recipe becomes an object, and stays on disk for the next time.
+
+In: a `Recipe`, changed parameters. Out: an `ObjectModel` at rest. Finished objects are kept in the
+user's cache under their recipe, parameters and the code that made them.
+"""
+
+import contextlib
+import dataclasses
+import functools
+import hashlib
+import inspect
+import json
+import os
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
+from importlib import metadata
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from mjx_inertia.objects.catalogue.recipe import Recipe
+from mjx_inertia.objects.from_parts import from_parts
+from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.model_file import load_model, save_model
+from mjx_inertia.objects.part import Part
+from mjx_inertia.spatial import InertialParameters
+
+Value = float | int | str | tuple[float, ...]
+_EVERYWHERE = ("mass", "friction")  # parameters that every object has
+_MAKERS = ("numpy", "shapely", "trimesh", "manifold3d", "coacd")
+
+
+def build(
+    recipe: Recipe, parameters: Mapping[str, Value] | None = None, *, cache: Path | None = None
+) -> ObjectModel:
+    """The object of a recipe.
+
+    Args:
+      recipe: what to make.
+      parameters: those that differ from the recipe's own. `mass` (kg) and `friction` every object
+        has; where the mass is not among them, changed sizes keep the density and a changed density
+        the sizes.
+      cache: folder that keeps finished objects; none if None.
+
+    Raises:
+      ValueError: a parameter that the recipe does not have, or of a value that no object can have;
+        a recipe whose object would topple.
+    """
+    chosen = dict(parameters or {})
+    _check_names(recipe, chosen)
+    if cache is None:
+        return _in_use(_made(recipe, chosen))
+    path = cache / f"{recipe.name}-{_key(recipe, chosen)}.npz"
+    try:
+        return load_model(path)
+    except (FileNotFoundError, ValueError):  # not there yet, or damaged: made anew
+        made = _made(recipe, chosen)
+    with contextlib.suppress(OSError):  # a cache that cannot be written costs time alone
+        save_model(path, made)
+    return _in_use(made)
+
+
+def default_cache() -> Path:
+    """Folder of finished objects in the user's cache."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return home / "mjx_inertia" / "objects"
+
+
+def describe(recipe: Recipe) -> dict[str, Value]:
+    """Parameters of a recipe with their own values."""
+    return {name: p.default for name, p in inspect.signature(recipe.build).parameters.items()}
+
+
+def nearest(kind: str, name: str, known: list[str]) -> str:
+    """The message for a name that is not known."""
+    close = get_close_matches(name, known, n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {known}"
+    return f"unknown {kind} {name!r}; {hint}"
+
+
+def _made(recipe: Recipe, chosen: Mapping[str, Value]) -> ObjectModel:
+    """In double precision."""
+    sizes = {name: value for name, value in chosen.items() if name not in _EVERYWHERE}
+    with jax.enable_x64(True):
+        parts = _parts(recipe, sizes)
+        mass = chosen.get("mass", recipe.mass)
+        if "mass" not in chosen and recipe.mass is not None and sizes:
+            mass = recipe.mass * _weight(parts) / _weight(_parts(recipe, {}))
+        model = from_parts(
+            recipe.name,
+            parts,
+            mass=None if mass is None else float(mass),  # pyright: ignore[reportArgumentType]
+            category=recipe.category,
+            friction=float(chosen.get("friction", recipe.friction)),  # pyright: ignore
+            source=recipe.source,
+        )
+    if not model.stability > 0.0:
+        com = np.asarray(model.inertial.com)
+        raise ValueError(
+            f"{recipe.name}: topples, its CoM at x, y = {com[0]:.4g}, {com[1]:.4g} m is "
+            f"{-model.stability:.2g} m outside what it stands on; change its sizes"
+        )
+    return model
+
+
+def _parts(recipe: Recipe, sizes: Mapping[str, Value]) -> tuple[Part, ...]:
+    build_parts: Callable[..., tuple[Part, ...]] = recipe.build
+    try:
+        return build_parts(**sizes)
+    except ValueError as error:
+        raise ValueError(f"{recipe.name}: {error}; parameters {dict(sizes)}") from None
+
+
+def _weight(parts: tuple[Part, ...]) -> float:
+    return sum(part.density * part.mesh.volume for part in parts)
+
+
+def _in_use(model: ObjectModel) -> ObjectModel:
+    """The same with inertial parameters in the precision that JAX works in."""
+    exact = jax.tree.map(np.asarray, model.inertial)
+    inertial = InertialParameters(*map(jnp.asarray, (exact.mass, exact.com, exact.inertia)))
+    return dataclasses.replace(model, inertial=inertial)
+
+
+def _check_names(recipe: Recipe, chosen: Mapping[str, Value]) -> None:
+    known = [*describe(recipe), *_EVERYWHERE]
+    for name, value in chosen.items():
+        if name not in known:
+            raise ValueError(f"{recipe.name}: {nearest('parameter', name, known)}")
+        if not isinstance(value, str) and not np.all(np.isfinite(value)):
+            raise ValueError(f"{recipe.name}: parameter {name}={value} is not finite")
+
+
+def _key(recipe: Recipe, chosen: Mapping[str, Value]) -> str:
+    what = json.dumps([recipe.name, sorted(chosen.items()), _code()], default=float)
+    return hashlib.sha256(what.encode()).hexdigest()[:16]
+
+
+@functools.cache
+def _code() -> str:
+    """Digest of all that decides how an object comes out of its parameters."""
+    digest = hashlib.sha256()
+    folder = Path(__file__).parents[1]
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.read_bytes())
+    for package in _MAKERS:
+        digest.update(f"{package} {metadata.version(package)}".encode())
+    return digest.hexdigest()

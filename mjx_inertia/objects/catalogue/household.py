@@ -1,0 +1,271 @@
+"""Things about the house: kettle, vase, lamp, cardboard box, alarm clock.
+
+In: sizes, wall thicknesses and densities. Out: parts at rest, as `Recipe.build` promises.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from manifold3d import CrossSection, Manifold
+from numpy import ndarray
+
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.materials import (
+    ABS,
+    BARE_BRASS,
+    BARE_STEEL,
+    BLACK,
+    BLUE,
+    BRASS,
+    CARDBOARD,
+    CERAMIC,
+    FABRIC,
+    GLASS,
+    RED,
+    STAINLESS,
+    STEEL,
+    WHITE,
+    WOOD,
+)
+from mjx_inertia.objects.catalogue.shaping import (
+    arc,
+    block,
+    core,
+    lathe,
+    limb,
+    rod,
+    spline,
+    sweep,
+    vessel,
+)
+from mjx_inertia.objects.part import Part
+
+
+def kettle(
+    diameter: float = 0.2,
+    height: float = 0.115,
+    handle_height: float = 0.24,
+    wall: float = 0.0009,
+    density: float = STAINLESS.density,
+    grip_density: float = 1400.0,
+) -> tuple[Part, ...]:
+    """A stove-top kettle with spout, lid and bail handle; empty.
+
+    Args:
+      diameter: of the body, m.
+      height: of the body to the opening, m.
+      handle_height: from the table to the top of the handle, m.
+      wall: m.
+      density: kg/m³.
+      grip_density: of grip and knob (phenolic resin), kg/m³.
+    """
+    radius = 0.5 * diameter
+    shape = [(0.97, 0.08), (1.0, 0.25), (0.93, 0.6), (0.74, 0.87), (0.5, 0.985), (0.42, 1.0)]
+    curve = np.vstack([[(0.0, 0.0), (0.9, 0.0)], spline(shape, 14)]) * (radius, height)
+    inner = core(curve, 0.5 * wall)
+    way = spline([(0.72, 0.42), (1.12, 0.72), (1.32, 1.02), (1.62, 1.22)], 12) * (radius, height)
+    taper = np.linspace(1.0, 0.5, len(way))
+    bore = taper - wall / (0.24 * radius)
+    disc = CrossSection.circle(0.24 * radius, 28)
+    spout = sweep(disc, way, np.stack([taper, taper], axis=1)) - inner
+    hollow = sweep(disc, _drawn_out(way), np.stack([bore, bore], axis=1))
+    lid, knob = _lid(0.42 * radius, wall)
+    rise = handle_height - 0.0095
+    side = np.array([(-0.8, 0.8 * height), (-0.86, 0.7 * rise), (-0.6, 0.93 * rise), (0.0, rise)])
+    bow = spline(np.vstack([side, side[2::-1] * (-1.0, 1.0)]) * (radius, 1.0), 25)
+    strap = sweep(CrossSection.circle(1.0, 16).scale((0.003, 0.008)), bow) - inner
+    grip = sweep(CrossSection.circle(1.0, 20).scale((0.0095, 0.013)), bow[7:18])
+    top = (0.0, 0.0, height + 0.0002)
+    return assemble(
+        Piece(grip + knob.translate(top), grip_density, BLACK),
+        Piece(strap, density, BARE_STEEL),
+        Piece(lid.translate(top), density, BARE_STEEL),
+        Piece(vessel(curve, wall) + spout - hollow, density, RED),
+    )
+
+
+def _lid(opening: float, wall: float) -> tuple[Manifold, Manifold]:
+    """A hollow lid that rests on a rim of the radius `opening` at z = 0, and its knob."""
+    edge = opening + 0.004
+    low = [(0.0, -wall), (opening - 2.0 * wall, -wall), (edge, 0.0), (edge, 0.0012)]
+    lid = lathe([*low, (0.6 * opening, 0.008), (0.0, 0.011)])
+    under = [(0.0, -1.0), (0.9 * opening, -1.0), (0.9 * opening, 0.0009), (0.55 * opening, 0.007)]
+    lid -= lathe([*under, (0.0, 0.01)])
+    foot = [(0.0, 0.01), (0.007, 0.01), (0.007, 0.02), (0.015, 0.026), (0.016, 0.032)]
+    return lid, lathe([*foot, (0.011, 0.038), (0.0, 0.04)], 32)
+
+
+def _drawn_out(way: Float[ndarray, "n 2"]) -> Float[ndarray, "n 2"]:
+    """The same curve, its ends drawn out by a twentieth of a step, to cut through both ends."""
+    ends = way.copy()
+    ends[0] -= 0.05 * (way[1] - way[0])
+    ends[-1] += 0.05 * (way[-1] - way[-2])
+    return ends
+
+
+def vase(
+    height: float = 0.26,
+    diameter: float = 0.15,
+    wall: float = 0.005,
+    density: float = CERAMIC.density,
+) -> tuple[Part, ...]:
+    """A bellied flower vase with a flared lip and two bands of glaze.
+
+    Args:
+      height: m.
+      diameter: of the belly, m.
+      wall: m.
+      density: kg/m³.
+    """
+    shape = [(0.52, 0.0), (0.6, 0.06), (1.0, 0.4), (0.72, 0.66), (0.4, 0.82), (0.46, 0.93)]
+    curve = spline(np.array([*shape, (0.68, 0.99)]) * (0.5 * diameter, height), 26)
+    rest = vessel(np.vstack([[(0.0, 0.0)], curve]), wall)
+    bands: tuple[list[Manifold], list[Manifold]] = ([], [])
+    for index, level in enumerate((0.86, 0.8, 0.46, 0.34, 0.08)):
+        above, rest = rest.split_by_plane((0.0, 0.0, 1.0), level * height)
+        bands[index % 2].append(above)
+    glazed, plain = bands
+    return assemble(
+        Piece(Manifold.compose(glazed), density, BLUE),
+        Piece(Manifold.compose([*plain, rest]), density, WHITE),
+    )
+
+
+def lamp(
+    height: float = 0.42,
+    shade_diameter: float = 0.26,
+    shade_height: float = 0.17,
+    shade_wall: float = 0.0012,
+    base_diameter: float = 0.13,
+    base_density: float = WOOD.density,
+    shade_density: float = FABRIC.density,
+) -> tuple[Part, ...]:
+    """A bedside lamp: turned wooden base, brass socket, bulb and a fabric shade on three spokes.
+
+    Args:
+      height: m.
+      shade_diameter: of its lower rim, m; 0.62 of it above.
+      shade_height: m.
+      shade_wall: m.
+      base_diameter: m.
+      base_density: kg/m³.
+      shade_density: kg/m³.
+    """
+    low = height - shade_height
+    radius, top = 0.5 * shade_diameter, 0.31 * shade_diameter
+    rim = [(radius, low), (top, height), (top - shade_wall, height), (radius - shade_wall, low)]
+    shade = lathe(rim, 64)
+    shape = [(1.0, 0.02), (1.0, 0.08), (0.4, 0.14), (0.3, 0.22), (0.62, 0.45), (0.55, 0.65)]
+    turned = spline(np.array([*shape, (0.2, 0.86), (0.2, 1.0)]) * (0.5 * base_diameter, low), 40)
+    base = lathe(np.vstack([[(0.0, 0.0), (0.48 * base_diameter, 0.0)], turned, [(0.0, low)]]))
+    socket = rod((0.0, 0.0, low - 0.01), (0.0, 0.0, low + 0.05), 0.014, -1.0, 32)
+    spokes, hub = Manifold(), height - 0.25 * shade_height
+    reach = radius + (top - radius) * 0.75 - 0.5 * shade_wall  # the middle of the shade's wall
+    for angle in np.radians([90.0, 210.0, 330.0]):
+        end = (reach * np.cos(angle), reach * np.sin(angle), hub)
+        spokes += rod((0.0, 0.0, low + 0.04), end, 0.0016, -1.0, 10)
+    pear = spline([(0.011, 0.05), (0.013, 0.06), (0.029, 0.085), (0.026, 0.105), (0.0, 0.117)], 16)
+    bulb = lathe(np.vstack([[(0.0, 0.05)], pear]), 32)
+    bulb -= bulb.scale((0.95, 0.95, 0.98)).translate((0.0, 0.0, 0.001))  # 0.7 to 1.4 mm of glass
+    bulb = bulb.translate((0.0, 0.0, low))
+    return assemble(
+        Piece(shade, shade_density, (0.95, 0.88, 0.7)),
+        Piece(socket + (spokes - bulb.hull()), BRASS.density, BARE_BRASS),
+        Piece(bulb, GLASS.density, (1.0, 0.95, 0.6)),
+        Piece(base, base_density, (0.45, 0.26, 0.14)),
+    )
+
+
+def cardboard_box(
+    length: float = 0.3,
+    width: float = 0.22,
+    height: float = 0.16,
+    wall: float = 0.004,
+    density: float = CARDBOARD.density,
+) -> tuple[Part, ...]:
+    """A box of corrugated board with its four flaps open; empty.
+
+    Args:
+      length: along x, m.
+      width: along y, m; a flap is as long as half of it.
+      height: without the flaps, m.
+      wall: m.
+      density: kg/m³.
+    """
+    box = block(length, width, height)
+    box -= block(length - 2.0 * wall, width - 2.0 * wall, height).translate((0.0, 0.0, wall))
+    flap = 0.5 * width
+    for turn, reach, across, droop in (
+        (0.0, length, width, -18.0),
+        (90.0, width, length, 25.0),
+        (180.0, length, width, -18.0),
+        (270.0, width, length, 25.0),
+    ):
+        sheet = block(flap, across, wall).translate((0.5 * flap, 0.0, -0.5 * wall))
+        hinge = (0.5 * reach - 0.5 * wall, 0.0, height - 0.25 * wall)
+        box += sheet.rotate((0.0, droop, 0.0)).translate(hinge).rotate((0.0, 0.0, turn))
+    return assemble(Piece(box, density, (0.72, 0.54, 0.34)))
+
+
+def alarm_clock(
+    diameter: float = 0.1,
+    depth: float = 0.05,
+    wall: float = 0.0008,
+    density: float = STEEL.density,
+    movement_density: float = 2000.0,
+) -> tuple[Part, ...]:
+    """A wind-up alarm clock with two bells, standing on its two feet.
+
+    Args:
+      diameter: of the case, m.
+      depth: m.
+      wall: of the steel case, m; 1.2 times that for the bells.
+      density: of case and bells, kg/m³.
+      movement_density: mean of the brass works and air, kg/m³.
+    """
+    # drawn lying on its back: z towards the reader, y up
+    radius, middle = 0.5 * diameter, 0.5 * depth
+    case = vessel([(0.0, 0.0), (0.9 * radius, 0.0), (radius, 0.006), (radius, depth)], wall, 64)
+    bezel = [
+        (0.9 * radius, depth - 0.004),
+        (radius + 0.002, depth - 0.004),
+        (radius + 0.002, depth),
+    ]
+    case += lathe([*bezel, (0.94 * radius, depth), (0.9 * radius, depth - 0.002)], 64)
+    dial = Manifold.cylinder(0.001, radius - wall, -1.0, 64).translate((0.0, 0.0, depth - 0.005))
+    works = Manifold.cylinder(depth - 0.005 - wall, 0.55 * radius, -1.0, 32)
+    dome = vessel(arc((0.0, 0.0), 0.42 * radius, -90.0, -2.0, 8), 1.2 * wall, 32)
+    dome = dome.rotate((90.0, 0.0, 0.0)).translate((0.0, 1.12 * radius, middle))
+    bells, fittings = Manifold(), Manifold()
+    for turn in (-36.0, 36.0):
+        bells += dome.rotate((0.0, 0.0, turn))
+        post = rod((0.0, 0.97 * radius, middle), (0.0, 1.62 * radius, middle), 0.0025, -1.0, 12)
+        fittings += post.rotate((0.0, 0.0, turn))
+        leg = rod((0.0, -0.97 * radius, middle), (0.0, -1.5 * radius, middle), 0.0045, 0.011, 24)
+        fittings += leg.rotate((0.0, 0.0, turn)).trim_by_plane((0.0, 1.0, 0.0), -1.1 * radius)
+    fittings += rod((0.0, 0.97 * radius, middle), (0.0, 1.38 * radius, middle), 0.002, -1.0, 12)
+    fittings += rod((-0.007, 1.38 * radius, middle), (0.007, 1.38 * radius, middle), 0.005)
+    side = np.array([(0.95, 1.3), (0.8, 1.65), (0.42, 1.9), (0.0, 1.98)])
+    bow = spline(np.vstack([side, side[2::-1] * (-1.0, 1.0)]) * radius, 15)
+    fittings += limb(np.column_stack([bow, np.full(15, middle)]), 0.0022, 8)
+    return assemble(
+        Piece(_marks_and_hands(radius).translate((0.0, 0.0, depth - 0.004)), ABS.density, BLACK),
+        Piece(dial, ABS.density, WHITE),
+        Piece(fittings, density, BARE_STEEL),
+        Piece(bells, density, BARE_BRASS),
+        Piece(works.translate((0.0, 0.0, wall)), movement_density, BARE_STEEL),
+        Piece(case, density, (0.1, 0.45, 0.45)),
+        turn_deg=(90.0, 0.0, 0.0),
+    )
+
+
+def _marks_and_hands(radius: float) -> Manifold:
+    """Twelve marks and two hands on the plane z = 0, ten to two or so."""
+    marks = Manifold.cylinder(0.002, 0.06 * radius, -1.0, 20)
+    for hour in range(12):
+        length = 0.14 if hour % 3 == 0 else 0.08
+        mark = block(0.05 * radius, length * radius, 0.0006).translate((0.0, 0.74 * radius, 0.0))
+        marks += mark.rotate((0.0, 0.0, 30.0 * hour))
+    for turn, length, width in ((55.0, 0.5, 0.07), (-60.0, 0.66, 0.05)):
+        hand = block(width * radius, length * radius, 0.001)
+        marks += hand.translate((0.0, 0.42 * length * radius, 0.0)).rotate((0.0, 0.0, turn))
+    return marks

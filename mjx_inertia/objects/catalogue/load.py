@@ -1,0 +1,78 @@
+"""The catalogue by name and category.
+
+In: names, categories, changed parameters. Out: `ObjectModel`s, made on demand and cached.
+"""
+
+import functools
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import get_args
+
+from mjx_inertia.objects.catalogue.build import Value, build, default_cache, nearest
+from mjx_inertia.objects.catalogue.home import HOME
+from mjx_inertia.objects.catalogue.primitives import PRIMITIVES
+from mjx_inertia.objects.catalogue.pushing import PUSHING
+from mjx_inertia.objects.catalogue.recipe import Category, Recipe
+from mjx_inertia.objects.catalogue.thesis import THESIS
+from mjx_inertia.objects.catalogue.tools import TOOLS
+from mjx_inertia.objects.catalogue.toys import TOYS
+from mjx_inertia.objects.model import ObjectModel
+
+CATEGORIES: tuple[str, ...] = get_args(Category)
+
+
+@functools.cache
+def recipes() -> dict[str, Recipe]:
+    """All recipes by name, category by category.
+
+    Raises:
+      ValueError: two recipes share a name.
+    """
+    every = (*PRIMITIVES, *TOOLS, *HOME, *TOYS, *PUSHING, *THESIS)
+    known: dict[str, Recipe] = {}
+    for recipe in sorted(every, key=lambda recipe: CATEGORIES.index(recipe.category)):
+        if recipe.name in known:
+            raise ValueError(f"{recipe.name}: two recipes have this name")
+        known[recipe.name] = recipe
+    return known
+
+
+def load_catalogue(
+    names: Iterable[str] | str | None = None,
+    *,
+    category: Iterable[str] | str | None = None,
+    parameters: Mapping[str, Mapping[str, Value]] | None = None,
+    cache: Path | str | bool = True,
+) -> dict[str, ObjectModel]:
+    """Objects of the catalogue.
+
+    Args:
+      names: of the objects; all if None.
+      category: one or several of Primitives, Tools, Home, Toys and Pushing; all if None.
+      parameters: by the object's name, those that differ from its own, e.g.
+        `{"mug": {"wall": 0.005, "mass": 0.4}}`: sizes in m, densities in kg/m³, `mass` in kg,
+        `friction`. Sizes that change without the mass keep the density.
+      cache: whether finished objects are kept in the user's cache, or the folder to keep them in.
+
+    Returns:
+      Objects by name, in the order of the catalogue.
+
+    Raises:
+      ValueError: an unknown name, category or parameter (with what is near), or a value that no
+        object can have.
+    """
+    known = recipes()
+    wanted = list(known) if names is None else [names] if isinstance(names, str) else list(names)
+    for name in [*wanted, *(parameters or {})]:
+        if name not in known:
+            raise ValueError(nearest("object", name, list(known)))
+    within = [category] if isinstance(category, str) else list(category or CATEGORIES)
+    for one in within:
+        if one not in CATEGORIES:
+            raise ValueError(f"unknown category {one!r}; choose from {list(CATEGORIES)}")
+    folder = {True: default_cache(), False: None}[cache] if isinstance(cache, bool) else Path(cache)
+    return {
+        name: build(recipe, (parameters or {}).get(name), cache=folder)
+        for name, recipe in known.items()
+        if name in wanted and recipe.category in within
+    }

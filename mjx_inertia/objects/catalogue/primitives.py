@@ -1,0 +1,156 @@
+"""Primitives: shapes to combine, with the three of the thesis' Table 3.2 among them.
+
+In: sizes (m) and a density (kg/m³). Out: parts, upright on the table where that is stable and lying
+where not. Unless said otherwise they are turned or sawn from beech, 700 kg/m³ at 12 % moisture
+(Ashby, Materials Selection in Mechanical Design, appendix A), of a size that one hand can hold.
+"""
+
+import numpy as np
+
+from mjx_inertia.objects import solids
+from mjx_inertia.objects.catalogue.materials import ALUMINIUM, WOOD
+from mjx_inertia.objects.catalogue.recipe import Recipe, of_function
+from mjx_inertia.objects.part import Part, on_table, turned
+
+_BEECH = WOOD.density
+_FOAM = 27.0  # expanded polystyrene, of the thesis' cuboid: 0.4 kg in 0.015 m³
+_SOLID_BEECH = "volume x 700 kg/m³ of beech (Ashby); no object of the thesis"
+_TABLE_3_2 = "mass and I_zz from table 3.2 of the thesis; the height is such that it is "
+_FINE = 96  # facets around what is mostly round
+
+NATURAL = (0.87, 0.72, 0.53)
+RED = (0.78, 0.22, 0.18)
+GREEN = (0.25, 0.55, 0.30)
+BLUE = (0.20, 0.40, 0.70)
+YELLOW = (0.93, 0.75, 0.20)
+METAL = (0.75, 0.77, 0.80)
+
+
+def sphere(radius: float = 0.05, density: float = _BEECH) -> tuple[Part, ...]:
+    """A ball of 10 cm across."""
+    return ellipsoid(radius, radius, radius, density, RED)
+
+
+def cube(edge: float = 0.1, density: float = _BEECH) -> tuple[Part, ...]:
+    """Edges of 10 cm: the smallest of the cubes that the thesis pushes."""
+    return (solids.box((edge, edge, edge), density=density, color=NATURAL),)
+
+
+def cuboid(
+    x: float = 0.5, y: float = 0.15, z: float = 0.2, density: float = _FOAM
+) -> tuple[Part, ...]:
+    """The cuboid of the thesis' chapter 6, uniform."""
+    return (solids.box((x, y, z), density=density, color=BLUE),)
+
+
+def cylinder(
+    radius: float = 0.04, height: float = 0.12, density: float = _BEECH
+) -> tuple[Part, ...]:
+    """An upright cylinder, as wide as a can."""
+    return (solids.cylinder(radius, height, density=density, color=GREEN, sections=_FINE),)
+
+
+def cone(radius: float = 0.05, height: float = 0.12, density: float = _BEECH) -> tuple[Part, ...]:
+    """An upright cone on its base."""
+    profile = np.array([[0.0, 0.0], [radius, 0.0], [0.0, height]])
+    return (solids.revolution(profile, density=density, color=YELLOW, sections=_FINE),)
+
+
+def ellipsoid(
+    semi_x: float = 0.08,
+    semi_y: float = 0.055,
+    semi_z: float = 0.04,
+    density: float = _BEECH,
+    color: tuple[float, float, float] = BLUE,
+) -> tuple[Part, ...]:
+    """An ellipsoid on its flattest side, half axes along x, y and z."""
+    center = (0.0, 0.0, semi_z)
+    return on_table(
+        solids.ellipsoid((semi_x, semi_y, semi_z), center, density=density, color=color)
+    )
+
+
+def elliptic_prism(
+    semi_x: float = 0.15, semi_y: float = 0.0995, height: float = 0.03, density: float = _BEECH
+) -> tuple[Part, ...]:
+    """The ellipse of table 3.2: I_zz = m (a² + b²) / 4 asks for a² + b² = 0.0324 m²."""
+    outline = solids.ellipse(semi_x, semi_y, sections=_FINE)
+    return (solids.extrusion(outline, height, density=density, color=NATURAL),)
+
+
+def hexagonal_prism(
+    side: float = 0.1, height: float = 0.055, density: float = _BEECH
+) -> tuple[Part, ...]:
+    """The regular hexagon of table 3.2: I_zz = 5/12 m s² asks for s = 0.100 m."""
+    return (solids.extrusion(_regular(6, side), height, density=density, color=GREEN),)
+
+
+def triangular_prism(
+    side: float = 0.2224, height: float = 0.0667, density: float = _BEECH
+) -> tuple[Part, ...]:
+    """The triangle of table 3.2, equilateral: I_zz = m s² / 12 asks for s = 0.2224 m."""
+    radius = side / np.sqrt(3.0)
+    return (solids.extrusion(_regular(3, radius), height, density=density, color=RED),)
+
+
+def wedge(
+    length: float = 0.15, width: float = 0.08, height: float = 0.06, density: float = _BEECH
+) -> tuple[Part, ...]:
+    """A right triangle along x, `width` wide: a door wedge, twice as large."""
+    corners = [(0.0, 0.0), (length, 0.0), (0.0, height)]
+    points = [[x - length / 3.0, y, z] for x, z in corners for y in (-0.5 * width, 0.5 * width)]
+    return (solids.convex(np.array(points), density=density, color=YELLOW),)
+
+
+def torus(
+    ring_radius: float = 0.06, bar_radius: float = 0.02, density: float = _BEECH
+) -> tuple[Part, ...]:
+    """A lying ring of round section: `ring_radius` from its axis to the middle of the bar."""
+    profile = np.add(solids.ellipse(bar_radius, sections=32), [ring_radius, bar_radius])
+    part = solids.revolution(profile, density=density, color=RED, sections=_FINE)
+    return on_table(part)
+
+
+def capsule(radius: float = 0.03, length: float = 0.1, density: float = _BEECH) -> tuple[Part, ...]:
+    """A lying cylinder along x with round ends; `length` without them."""
+    arc = np.linspace(0.0, 0.5 * np.pi, 17)
+    end = radius * np.stack([np.cos(arc), np.sin(arc)], axis=-1) + [0.0, 0.5 * length]
+    end[-1, 0] = 0.0
+    profile = np.concatenate([end, end[::-1] * [1.0, -1.0]])
+    part = solids.revolution(profile, density=density, color=BLUE)
+    true = np.pi * radius**2 * (length + 4.0 / 3.0 * radius)
+    return on_table(turned(solids.with_volume(part, true), 90.0, (0.0, 1.0, 0.0)))
+
+
+def tube(
+    outer: float = 0.05, wall: float = 0.004, height: float = 0.12, density: float = 2700.0
+) -> tuple[Part, ...]:
+    """An upright length of aluminium tube, 2700 kg/m³."""
+    return (solids.tube(outer, outer - wall, height, density=density, color=METAL, sections=_FINE),)
+
+
+def _regular(sides: int, radius: float) -> np.ndarray:
+    """Corners of a regular polygon on a circle, one of them on the x axis."""
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+PRIMITIVES: tuple[Recipe, ...] = (
+    of_function(sphere, "Primitives", None, _SOLID_BEECH),
+    of_function(cube, "Primitives", None, _SOLID_BEECH),
+    of_function(
+        cuboid, "Primitives", 0.4, "sizes and mass from chapter 6 of the thesis: polystyrene foam"
+    ),
+    of_function(cylinder, "Primitives", None, _SOLID_BEECH),
+    of_function(cone, "Primitives", None, _SOLID_BEECH),
+    of_function(ellipsoid, "Primitives", None, _SOLID_BEECH),
+    of_function(elliptic_prism, "Primitives", 1.0, _TABLE_3_2 + "beech (710 kg/m³)"),
+    of_function(hexagonal_prism, "Primitives", 1.0, _TABLE_3_2 + "beech (700 kg/m³)"),
+    of_function(triangular_prism, "Primitives", 1.0, _TABLE_3_2 + "beech (700 kg/m³)"),
+    of_function(wedge, "Primitives", None, _SOLID_BEECH),
+    of_function(torus, "Primitives", None, _SOLID_BEECH),
+    of_function(capsule, "Primitives", None, _SOLID_BEECH),
+    of_function(
+        tube, "Primitives", None, "volume x 2700 kg/m³ of aluminium (Ashby)", ALUMINIUM.friction
+    ),
+)

@@ -1,0 +1,171 @@
+"""New objects out of known ones: larger, heavier, or several joined.
+
+In: `ObjectModel`s. Out: another one, consistent in shape, mass and inertia (thesis §3.2: "the
+object models can be scaled and combined to generate new objects with new inertial parameters").
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import jaxlie
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.objects.from_parts import SUPPORT_DEPTH, joined
+from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, union
+from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.part import Part, transformed
+from mjx_inertia.spatial import (
+    InertialParameters,
+    change_frame,
+    inertia_from_second_moment,
+    second_moment_from_inertia,
+)
+
+_OVERLAP = 1e-4  # of the smaller object's volume
+
+
+def re_mass(obj: ObjectModel, mass: float) -> ObjectModel:
+    """The same shape with another mass, kg: all densities, and the tensor, scale with it.
+
+    Raises:
+      ValueError: a mass that is not positive.
+    """
+    if not (np.isfinite(mass) and mass > 0.0):
+        raise ValueError(f"{obj.name}: mass {mass} kg is not positive")
+    factor = mass / float(obj.inertial.mass)
+    inertial = obj.inertial
+    return dataclasses.replace(
+        obj,
+        inertial=InertialParameters(
+            mass=jnp.asarray(np.float64(mass)),
+            com=inertial.com,
+            inertia=inertial.inertia * factor,
+        ),
+        parts=tuple(dataclasses.replace(p, density=p.density * factor) for p in obj.parts),
+    )
+
+
+def scale(
+    obj: ObjectModel, factor: float | tuple[float, float, float], mass: float | None = None
+) -> ObjectModel:
+    """The object stretched about the origin of its frame.
+
+    The tensor follows exactly: a stretch S takes the second moment Σ to |S| S Σ S at the same
+    density.
+
+    Args:
+      obj: the object.
+      factor: for all axes, or along x, y and z.
+      mass: kg; the densities stay if None.
+
+    Raises:
+      ValueError: a factor or a mass that is not positive.
+    """
+    stretch = np.broadcast_to(np.asarray(factor, dtype=np.float64), (3,))
+    if not np.all(np.isfinite(stretch) & (stretch > 0.0)):
+        raise ValueError(f"{obj.name}: factor {factor} is not positive")
+    with jax.enable_x64(True):
+        body = jax.tree.map(lambda x: jnp.asarray(np.asarray(x, np.float64)), obj.inertial)
+        times = float(np.prod(stretch))
+        moment = second_moment_from_inertia(body.inertia) * np.outer(stretch, stretch) * times
+        grown = jax.tree.map(
+            np.asarray, (body.mass * times, body.com * stretch, inertia_from_second_moment(moment))
+        )
+    matrix = np.diag([*stretch, 1.0])
+    flat = stretch[:2]
+    larger = dataclasses.replace(
+        obj,
+        outline=obj.outline * flat,
+        height=obj.height * float(stretch[2]),
+        inertial=InertialParameters(*map(jnp.asarray, grown)),
+        pieces=tuple(piece * stretch for piece in obj.pieces),
+        support=tuple(ring * flat for ring in obj.support),
+        mesh=trimesh.Trimesh(obj.mesh.vertices * stretch, obj.mesh.faces, process=False),
+        parts=tuple(transformed(part, matrix) for part in obj.parts),
+    )
+    return larger if mass is None else re_mass(larger, mass)
+
+
+def combine(
+    objects: Sequence[ObjectModel], poses: Sequence[jaxlie.SE3], name: str = "combined"
+) -> ObjectModel:
+    """Several objects joined rigidly into one, of non-uniform mass.
+
+    Args:
+      objects: which may touch but not overlap.
+      poses: T_new_object of each. The whole is then put down: moved along z so that its lowest
+        point is at z = 0. Whether it stands there by itself, its `stability` says.
+      name: of the new object.
+
+    Raises:
+      ValueError: not as many poses as objects, none at all, or objects that overlap.
+    """
+    if len(objects) == 0 or len(objects) != len(poses):
+        raise ValueError(f"{name}: {len(objects)} objects with {len(poses)} poses")
+    matrices = [_rigid(pose) for pose in poses]
+    meshes = [_placed(obj.mesh, T) for obj, T in zip(objects, matrices, strict=True)]
+    low = min(float(mesh.bounds[0, 2]) for mesh in meshes)
+    for T in matrices:
+        T[2, 3] -= low
+    meshes = [_placed(obj.mesh, T) for obj, T in zip(objects, matrices, strict=True)]
+    whole = union(meshes)
+    shared = sum(mesh.volume for mesh in meshes) - whole.volume()
+    if shared > _OVERLAP * min(mesh.volume for mesh in meshes):
+        raise ValueError(
+            f"{name}: objects overlap by {1e6 * shared:.3g} cm³; move them apart until they touch"
+        )
+    bodies = [_moved(obj.inertial, T) for obj, T in zip(objects, matrices, strict=True)]
+    heaviest = max(objects, key=lambda obj: float(obj.inertial.mass))
+    return ObjectModel(
+        name=name,
+        outline=silhouette(whole),
+        height=whole.bounding_box()[5],
+        inertial=joined(bodies),
+        pieces=tuple(
+            piece @ T[:3, :3].T + T[:3, 3]
+            for obj, T in zip(objects, matrices, strict=True)
+            for piece in obj.pieces
+        ),
+        support=lowest(whole, SUPPORT_DEPTH),
+        mesh=from_manifold(whole),
+        parts=tuple(
+            transformed(part, T)
+            for obj, T in zip(objects, matrices, strict=True)
+            for part in obj.parts or (_homogeneous(obj),)
+        ),
+        friction=heaviest.friction,
+        color=heaviest.color,
+        source=" + ".join(obj.name for obj in objects),
+    )
+
+
+def _rigid(pose: jaxlie.SE3) -> Float[ndarray, "4 4"]:
+    """In double precision, exactly orthonormal whatever the precision of the pose."""
+    numbers = np.asarray(pose.wxyz_xyz, np.float64)
+    if numbers.shape != (7,):
+        raise ValueError(f"poses: one has leading axes, {numbers.shape[:-1]}; give one per object")
+    matrix = trimesh.transformations.quaternion_matrix(numbers[:4])
+    matrix[:3, 3] = numbers[4:]
+    return matrix
+
+
+def _placed(mesh: trimesh.Trimesh, T_new_object: Float[ndarray, "4 4"]) -> trimesh.Trimesh:
+    vertices = mesh.vertices @ T_new_object[:3, :3].T + T_new_object[:3, 3]
+    return trimesh.Trimesh(vertices, mesh.faces, process=False)
+
+
+def _moved(body: InertialParameters, T_new_object: Float[ndarray, "4 4"]) -> InertialParameters:
+    """In double precision, as NumPy arrays."""
+    with jax.enable_x64(True):
+        exact = jax.tree.map(lambda x: jnp.asarray(np.asarray(x, np.float64)), body)
+        there = change_frame(exact, jaxlie.SE3.from_matrix(jnp.asarray(T_new_object)))
+        return jax.tree.map(np.asarray, there)
+
+
+def _homogeneous(obj: ObjectModel) -> Part:
+    return Part(obj.mesh, float(obj.inertial.mass) / obj.mesh.volume, obj.color)

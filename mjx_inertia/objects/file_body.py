@@ -1,0 +1,118 @@
+"""A rigid body as a file of shapes describes it, before it becomes an object.
+
+In: meshes, named primitives. Out: `FileBody`, which the readers of URDF, MJCF and mesh files give.
+"""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.objects.part import Color, Part, transformed
+from mjx_inertia.spatial import InertialParameters
+
+_SECTIONS = 128  # facets around a primitive: 0.04 % of a cylinder's volume
+_SUBDIVISIONS = 4  # of an icosahedron: 0.4 % of a sphere's volume
+
+Pose = Float[ndarray, "4 4"]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FileShape:
+    """One geometry of a file.
+
+    Attributes:
+      where: the geometry as a message names it.
+      mesh: m, in the frame of the body.
+      color: red, green, blue from 0 to 1; None where the file has none.
+      density: kg/m³; None where the file has none.
+    """
+
+    where: str
+    mesh: trimesh.Trimesh
+    color: Color | None = None
+    density: float | None = None
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FileBody:
+    """What a file says of one rigid body.
+
+    Attributes:
+      name: in the file.
+      visuals: geometries to look at, m, in one frame of the file's choice.
+      collisions: geometries to touch.
+      inertial: in that frame, in double precision; None where the file does not state it.
+      lacking: in words, what the file does not state.
+      friction: Coulomb's coefficient; None where the file has none.
+      category: of the catalogue, or empty.
+      source: of the figures, or empty.
+    """
+
+    name: str
+    visuals: tuple[FileShape, ...]
+    collisions: tuple[FileShape, ...] = ()
+    inertial: InertialParameters | None = None
+    lacking: str = ""
+    friction: float | None = None
+    category: str = ""
+    source: str = ""
+
+
+def read_mesh(path: Path) -> trimesh.Trimesh:
+    """The triangles of a mesh file, in its own unit; corners at one place are made one.
+
+    Raises:
+      FileNotFoundError: there is no such file.
+      ValueError: it is no mesh that `trimesh` reads, or an empty one.
+    """
+    if not path.is_file():
+        found = "a folder" if path.is_dir() else "nothing"
+        raise FileNotFoundError(f"{path}: expected a mesh file, found {found}")
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+    except Exception as error:  # readers of a dozen formats raise whatever they meet
+        reason = f"{type(error).__name__}: {error}"
+        raise ValueError(f"{path}: expected a mesh, found a file that has none ({reason})") from None
+    if not len(mesh.faces):
+        raise ValueError(f"{path}: expected a mesh of triangles, found {len(mesh.vertices)} points")
+    if not mesh.is_watertight:  # a soup of triangles, or corners split by their normals
+        mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+
+
+def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:
+    """A named solid about the origin of its frame.
+
+    Args:
+      kind: "box" with its edges along x, y, z; "sphere" with its radius; "ellipsoid" with its
+        semi-axes; "cylinder" or "capsule" along z with the radius and the length, which of a
+        capsule is that of its cylinder.
+      size: m.
+
+    Raises:
+      ValueError: another kind, or sizes that are not positive.
+    """
+    if not np.all(size > 0.0):
+        raise ValueError(f"{kind} of size {[float(x) for x in size]} m, which is not positive")
+    match kind:
+        case "box":
+            return trimesh.creation.box(size)
+        case "sphere":
+            return trimesh.creation.icosphere(_SUBDIVISIONS, float(size[0]))
+        case "ellipsoid":
+            return placed(trimesh.creation.icosphere(_SUBDIVISIONS), np.diag([*size, 1.0]))
+        case "cylinder":
+            return trimesh.creation.cylinder(float(size[0]), float(size[1]), sections=_SECTIONS)
+        case "capsule":
+            radius, length = map(float, size)
+            return trimesh.creation.capsule(length, radius, count=[_SECTIONS, _SECTIONS])
+    raise ValueError(f"a geometry of kind {kind!r}, which bounds no solid")
+
+
+def placed(mesh: trimesh.Trimesh, T_new_old: Pose) -> trimesh.Trimesh:
+    """The mesh at a rigid or affine pose; its faces stay outward where that mirrors it."""
+    return transformed(Part(mesh, 1.0), T_new_old).mesh

@@ -1,0 +1,161 @@
+"""A labelled sheet of objects with their centres of mass and principal axes.
+
+In: `ObjectModel`s, a path. Out: one PNG, or a page of HTML that holds its pictures. Red, green and
+blue lines are the axes of the smallest, the middle and the largest principal moment, as long as
+those of the uniform ellipsoid with the same mass and tensor.
+"""
+
+import base64
+import io
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.image import imsave
+from matplotlib.patheffects import Normal, Stroke
+from tqdm import tqdm
+
+from mjx_inertia.objects.listing import Summary, summarize
+from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.picture import Picture, View, draw
+from mjx_inertia.objects.whole_file import write_whole
+
+_AXIS_COLORS = ("#1f6fd0", "#1d9a4a", "#d62728")  # largest moment first
+_INK, _SOFT = "#1d2329", "#5b6570"
+_KEY = (
+    "circle: centre of mass; lines: principal axes of the smallest (red), middle (green) and "
+    "largest (blue) moment"
+)
+_CELL, _TEXT, _HEADING, _MARGIN = 240, 46, 46, 24  # pixels
+_DPI = 100
+
+
+def gallery(
+    objects: Mapping[str, ObjectModel], path: Path | str, *, columns: int = 8, progress: bool = True
+) -> None:
+    """Draws all objects, category by category, into a file.
+
+    Args:
+      objects: by name.
+      path: ends in .png or .html.
+      columns: pictures side by side in the PNG.
+      progress: whether to show a progress bar.
+
+    Raises:
+      ValueError: another ending, or no objects.
+      OSError: the file cannot be written.
+    """
+    file = Path(path)
+    if file.suffix not in (".png", ".html"):
+        raise ValueError(f"{file}: expected a name that ends in .png or .html")
+    if not objects:
+        raise ValueError("objects: there are none to draw")
+    if not os.access(file.parent, os.W_OK):  # known before the drawing, which takes its time
+        raise OSError(f"{file}: expected a folder to write into, found none at {file.parent}")
+    shown = [
+        (summarize(obj), portrait(obj))
+        for obj in tqdm(objects.values(), disable=not progress, unit="object")
+    ]
+    write_whole(file, _png(shown, columns) if file.suffix == ".png" else _html(shown))
+
+
+def portrait(obj: ObjectModel, size: int = _CELL) -> Picture:
+    """An object as it stands, the flatter the more from above."""
+    flatness = obj.height / float(2.0 * obj.half_extents[:2].max())
+    elevation = float(np.interp(flatness, [0.1, 0.4], [52.0, 26.0]))
+    meshes = [part.mesh for part in obj.parts] or [obj.mesh]
+    colors = [part.color for part in obj.parts] or [obj.color]
+    return draw(meshes, colors, View(elevation_deg=elevation, size=size))
+
+
+def _axis_ends(figures: Summary, picture: Picture) -> np.ndarray:
+    """Pixels (3, 2, 2) of both ends of each principal axis."""
+    com = 1e-3 * figures.com_mm
+    reach = figures.semi_axes[:, None] * figures.axes
+    return np.stack([picture.place(com - reach), picture.place(com + reach)], axis=1)
+
+
+def _png(shown: Sequence[tuple[Summary, Picture]], columns: int) -> bytes:
+    groups = _by_category(shown)
+    columns = min(columns, max(4, *(len(group) for _, group in groups)))
+    rows = sum(-(-len(group) // columns) for _, group in groups)
+    height = 3 * _MARGIN + rows * (_CELL + _TEXT) + len(groups) * _HEADING
+    width = 2 * _MARGIN + columns * _CELL
+    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
+    figure.text(_MARGIN / width, 1.0 - _MARGIN / height, _KEY, fontsize=10, color=_SOFT)
+    top = 1.5 * _MARGIN
+    for category, group in groups:
+        title = f"{category or 'Objects'} ({len(group)})"
+        place = (_MARGIN / width, 1.0 - (top + 0.7 * _HEADING) / height)
+        figure.text(*place, title, fontsize=17, weight="bold", color=_INK)
+        top += _HEADING
+        for i, (figures, picture) in enumerate(group):
+            left = _MARGIN + (i % columns) * _CELL
+            low = top + (i // columns) * (_CELL + _TEXT) + _CELL
+            box = (left / width, 1.0 - low / height, _CELL / width, _CELL / height)
+            _cell(figure.add_axes(box), figures, picture)
+            middle = (left + 0.5 * _CELL) / width
+            name = figures.name.replace("_", " ")
+            figure.text(middle, 1.0 - (low + 16) / height, name, ha="center", fontsize=12.5)
+            figure.text(
+                middle, 1.0 - (low + 33) / height, _caption(figures), ha="center", fontsize=9,
+                color=_SOFT,
+            )  # fmt: skip
+        top += -(-len(group) // columns) * (_CELL + _TEXT)
+    buffer = io.BytesIO()
+    FigureCanvasAgg(figure).print_png(buffer)
+    return buffer.getvalue()
+
+
+def _cell(axes: Axes, figures: Summary, picture: Picture) -> None:
+    size = len(picture.image)
+    axes.imshow(picture.image, extent=(0, size, size, 0), interpolation="none")
+    axes.set_axis_off()
+    halo = [Stroke(linewidth=3.2, foreground="white", alpha=0.7), Normal()]
+    for (start, end), color in zip(_axis_ends(figures, picture), _AXIS_COLORS, strict=True):
+        axes.plot([start[0], end[0]], [start[1], end[1]], color=color, lw=1.5, path_effects=halo)
+    com = picture.place(1e-3 * figures.com_mm[None])[0]
+    axes.plot(*com, "o", ms=6.5, mfc="white", mec="black", mew=1.6)
+    axes.set(xlim=(0, size), ylim=(size, 0))
+
+
+def _html(shown: Sequence[tuple[Summary, Picture]]) -> bytes:
+    cards = []
+    for figures, picture in shown:
+        buffer = io.BytesIO()
+        imsave(buffer, picture.image, format="png")
+        cards.append(
+            {
+                "figures": figures,
+                "caption": _caption(figures),
+                "image": base64.b64encode(buffer.getvalue()).decode(),
+                "size": len(picture.image),
+                "lines": list(zip(_axis_ends(figures, picture), _AXIS_COLORS, strict=True)),
+                "com": picture.place(1e-3 * figures.com_mm[None])[0],
+            }
+        )
+    groups = _by_category([(card["figures"], card) for card in cards])
+    pages = PackageLoader("mjx_inertia.objects", ".")
+    environment = Environment(loader=pages, autoescape=True, undefined=StrictUndefined)
+    text = environment.get_template("gallery.html.j2").render(
+        total=len(cards), groups=[(name, [card for _, card in group]) for name, group in groups]
+    )
+    return text.encode()
+
+
+def _caption(figures: Summary) -> str:
+    size = " × ".join(f"{x:.0f}" for x in figures.size_mm)
+    return f"{size} mm, {figures.mass:.3g} kg"
+
+
+def _by_category(shown: Iterable[tuple[Summary, object]]) -> list[tuple[str, list]]:
+    """Categories in the order in which they first come, with their members."""
+    groups: dict[str, list] = {}
+    for figures, content in shown:
+        groups.setdefault(figures.category, []).append((figures, content))
+    return list(groups.items())

@@ -1,0 +1,84 @@
+"""What an object amounts to, in one line of a table.
+
+In: `ObjectModel`s. Out: `Summary` of each, and a table in plain text.
+"""
+
+import dataclasses
+from collections.abc import Iterable
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.objects.model import ObjectModel
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Summary:
+    """Figures of one object, in the units that one would say them in.
+
+    Attributes:
+      name: of the object.
+      category: of the catalogue.
+      size_mm: extents along x, y, z.
+      mass: kg.
+      com_mm: in the object frame.
+      moments: principal moments about the CoM, largest first, kg m².
+      axes: of these moments, rows, unit vectors in the object frame.
+      semi_axes: of the uniform ellipsoid with the same mass and tensor, along `axes`, m.
+    """
+
+    name: str
+    category: str
+    size_mm: Float[ndarray, "3"]
+    mass: float
+    com_mm: Float[ndarray, "3"]
+    moments: Float[ndarray, "3"]
+    axes: Float[ndarray, "3 3"]
+    semi_axes: Float[ndarray, "3"]
+
+
+def summarize(obj: ObjectModel) -> Summary:
+    """The figures of an object."""
+    mass = float(obj.inertial.mass)
+    moments, axes = np.linalg.eigh(np.asarray(obj.inertial.inertia, np.float64))
+    moments, axes = moments[::-1], axes.T[::-1]
+    # an ellipsoid has I₁ = m (b² + c²) / 5, so a² = 5 (I₁ + I₂ + I₃ - 2 I₁) / (2 m)
+    squares = 2.5 * (moments.sum() - 2.0 * moments) / mass
+    return Summary(
+        name=obj.name,
+        category=obj.category,
+        size_mm=2e3 * obj.half_extents,
+        mass=mass,
+        com_mm=1e3 * np.asarray(obj.inertial.com, np.float64),
+        moments=moments,
+        axes=axes,
+        semi_axes=np.sqrt(np.maximum(squares, 0.0)),
+    )
+
+
+def table(objects: Iterable[ObjectModel]) -> str:
+    """Name, category, size, mass, CoM and principal moments of each object, aligned."""
+    head = ("name", "category", "size / mm", "mass / kg", "CoM / mm", "principal moments / kg m²")
+    rows = [head, *(_cells(summarize(obj)) for obj in objects)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
+    right = (False, False, False, True, False, False)
+    lines = [
+        "  ".join(
+            cell.rjust(width) if aligned else cell.ljust(width)
+            for cell, width, aligned in zip(row, widths, right, strict=True)
+        ).rstrip()
+        for row in rows
+    ]
+    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
+
+
+def _cells(figures: Summary) -> tuple[str, ...]:
+    return (
+        figures.name,
+        figures.category,
+        " x ".join(f"{x:3.0f}" for x in figures.size_mm),
+        f"{figures.mass:.3f}",
+        " ".join(f"{x + 0.0:6.1f}" for x in np.round(figures.com_mm, 1)),
+        " ".join(f"{x:.3e}" for x in figures.moments),
+    )

@@ -1,0 +1,115 @@
+"""Solids as Manifold knows them: exact booleans, and what a solid looks like from above.
+
+In: watertight `trimesh` meshes. Out: their union, silhouette and lower slice. In double precision,
+which `trimesh.boolean` gives up.
+"""
+
+from collections.abc import Iterable
+
+import manifold3d
+import numpy as np
+import shapely
+import trimesh
+from jaxtyping import Float
+from numpy import ndarray
+
+_SIMPLER = 1e-6  # m, by which a vertex of an outline may be off the line between its neighbours
+_SLIVER = 1e-9  # of the volume: a body no larger is what rounding left between two that touch
+
+
+def to_manifold(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
+    """The solid inside a watertight mesh.
+
+    Raises:
+      ValueError: the mesh bounds no solid.
+    """
+    solid = manifold3d.Manifold(
+        manifold3d.Mesh64(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.uint64))
+    )
+    if solid.status() != manifold3d.Error.NoError or solid.is_empty():
+        raise ValueError(f"the mesh bounds no solid ({solid.status().name}); repair it first")
+    return solid
+
+
+def from_manifold(solid: manifold3d.Manifold) -> trimesh.Trimesh:
+    """The surface of a solid."""
+    mesh = solid.to_mesh64()
+    return trimesh.Trimesh(
+        np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, np.int64), process=False
+    )
+
+
+def union(meshes: Iterable[trimesh.Trimesh]) -> manifold3d.Manifold:
+    """All that lies in one of the meshes, which may touch.
+
+    Vertices are rounded to a nanometre: faces that touch then touch exactly, and leave no sliver
+    between them.
+    """
+    snapped = [
+        trimesh.Trimesh(mesh.vertices.round(9), mesh.faces, process=False) for mesh in meshes
+    ]
+    solids = [to_manifold(mesh) for mesh in snapped]
+    whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
+    bodies = whole.decompose()
+    solid = [body for body in bodies if body.volume() > _SLIVER * whole.volume()]
+    return whole if len(solid) == len(bodies) else manifold3d.Manifold.compose(solid)
+
+
+def filled(solid: manifold3d.Manifold) -> manifold3d.Manifold:
+    """The solid without closed hollows."""
+    bodies = solid.decompose()
+    outer = [body for body in bodies if body.volume() > 0.0]
+    return (
+        solid
+        if len(outer) == len(bodies)
+        else manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
+    )
+
+
+def covered(solid: manifold3d.Manifold) -> shapely.geometry.base.BaseGeometry:
+    """What a solid covers as seen along z, m: a polygon or several, with their holes."""
+    return _polygons(solid.project())
+
+
+def silhouette(solid: manifold3d.Manifold) -> Float[ndarray, "k 2"]:
+    """Outer ring, counter-clockwise, of what a solid covers as seen along z, m."""
+    largest = max(shapely.get_parts(covered(solid)), key=lambda polygon: polygon.area)
+    return np.asarray(shapely.orient_polygons(largest).exterior.coords)[:-1]
+
+
+def lowest(solid: manifold3d.Manifold, depth: float) -> tuple[Float[ndarray, "_ 2"], ...]:
+    """What of a solid lies within `depth` (m) of its lowest point, seen along z.
+
+    Rings of patches counter-clockwise, of holes in them clockwise.
+    """
+    below = solid.trim_by_plane((0.0, 0.0, -1.0), -(solid.bounding_box()[2] + depth))
+    rings: list[ndarray] = []
+    for patch in shapely.get_parts(covered(below)):
+        oriented = shapely.orient_polygons(patch)
+        rings += [np.asarray(r.coords)[:-1] for r in (oriented.exterior, *oriented.interiors)]
+    return tuple(rings)
+
+
+def section(solid: manifold3d.Manifold) -> shapely.geometry.base.BaseGeometry:
+    """Where a solid meets the half plane y = 0, x > 0: polygons in x and z, m."""
+    upended = solid.rotate((-90.0, 0.0, 0.0))  # z becomes y
+    polygons = _polygons(upended.slice(0.0))
+    if polygons.is_empty:
+        return polygons
+    _, low_y, high_x, high_y = polygons.bounds
+    return polygons.intersection(
+        shapely.box(0.0, low_y - 1.0, max(high_x, 0.0) + 1.0, high_y + 1.0)
+    )
+
+
+def difference_volume(a: manifold3d.Manifold, b: manifold3d.Manifold) -> float:
+    """Volume in one of two solids but not in both, m³."""
+    return a.volume() + b.volume() - 2.0 * (a ^ b).volume()
+
+
+def _polygons(flat: manifold3d.CrossSection) -> shapely.geometry.base.BaseGeometry:
+    filled = manifold3d.CrossSection(flat.to_polygons(), manifold3d.FillRule.Positive)
+    polygons = [shapely.Polygon(c) for c in filled.simplify(_SIMPLER).to_polygons() if len(c) > 2]
+    outer = [p for p in polygons if p.exterior.is_ccw]
+    holes = [p for p in polygons if not p.exterior.is_ccw]
+    return shapely.union_all(outer).difference(shapely.union_all(holes))

@@ -1,0 +1,110 @@
+"""An object on disk: arrays and text, no code.
+
+In: an `ObjectModel`, a path. Out: an `.npz` file that holds it in double precision, and back.
+"""
+
+import io
+import json
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import trimesh
+from numpy import ndarray
+
+from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.whole_file import write_whole
+from mjx_inertia.spatial import InertialParameters
+
+_FORMAT = "mjx_inertia object 1"
+
+
+def save_model(path: Path, model: ObjectModel) -> None:
+    """Writes `model` in one step: a reader never meets half a file.
+
+    Raises:
+      OSError: the file cannot be written.
+    """
+    meshes = [model.mesh, *(part.mesh for part in model.parts)]
+    text = {
+        "format": _FORMAT,
+        "name": model.name,
+        "category": model.category,
+        "source": model.source,
+    }
+    arrays = {
+        "text": np.array(json.dumps(text)),
+        "scalars": np.array([model.height, model.friction, *model.color]),
+        "mass": np.asarray(model.inertial.mass),
+        "com": np.asarray(model.inertial.com),
+        "inertia": np.asarray(model.inertial.inertia),
+        "outline": model.outline,
+        "materials": np.array([[p.density, *p.color] for p in model.parts]).reshape(-1, 4),
+        **_joined("pieces", model.pieces),
+        **_joined("support", model.support),
+        **_joined("vertices", [np.asarray(mesh.vertices) for mesh in meshes]),
+        **_joined("faces", [np.asarray(mesh.faces, np.int32) for mesh in meshes]),
+    }
+    buffer = io.BytesIO()
+    np.savez(buffer, allow_pickle=False, **arrays)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, buffer.getvalue())
+
+
+def load_model(path: Path) -> ObjectModel:
+    """Reads what `save_model` wrote; inertial parameters in the precision that JAX works in.
+
+    Raises:
+      FileNotFoundError: there is no such file.
+      ValueError: the file is damaged or something else.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        text = json.loads(str(arrays["text"]))
+        if text["format"] != _FORMAT:
+            raise ValueError(f"its format is {text['format']!r}")
+        return _model(text, arrays)
+    except FileNotFoundError:
+        raise
+    except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError) as error:
+        raise ValueError(f"{path}: expected an object ({_FORMAT}), found {error}") from None
+
+
+def _model(text: dict[str, str], arrays: dict[str, ndarray]) -> ObjectModel:
+    vertices, faces = _split("vertices", arrays), _split("faces", arrays)
+    meshes = [trimesh.Trimesh(v, f, process=False) for v, f in zip(vertices, faces, strict=True)]
+    height, friction, red, green, blue = map(float, arrays["scalars"])
+    return ObjectModel(
+        name=text["name"],
+        outline=arrays["outline"],
+        height=height,
+        inertial=InertialParameters(
+            mass=jnp.asarray(arrays["mass"]),
+            com=jnp.asarray(arrays["com"]),
+            inertia=jnp.asarray(arrays["inertia"]),
+        ),
+        pieces=tuple(_split("pieces", arrays)),
+        support=tuple(_split("support", arrays)),
+        mesh=meshes[0],
+        parts=tuple(
+            Part(mesh, float(density), (float(r), float(g), float(b)))
+            for mesh, (density, r, g, b) in zip(meshes[1:], arrays["materials"], strict=True)
+        ),
+        category=text["category"],
+        friction=friction,
+        color=(red, green, blue),
+        source=text["source"],
+    )
+
+
+def _joined(name: str, rows: Sequence[ndarray]) -> dict[str, ndarray]:
+    """Arrays of different lengths as one, and where each ends."""
+    return {name: np.concatenate(rows), f"{name}_ends": np.cumsum([len(row) for row in rows])}
+
+
+def _split(name: str, arrays: dict[str, ndarray]) -> list[ndarray]:
+    return np.split(arrays[name], arrays[f"{name}_ends"][:-1])

@@ -1,0 +1,236 @@
+"""An object as a picture, drawn by the processor alone: no window, graphics card or driver.
+
+In: coloured meshes and a direction to look from. Out: an image, and where points in space are in
+it. A z-buffer with smooth shading, outlines and a soft shadow on the table.
+"""
+
+import dataclasses
+
+import numpy as np
+import trimesh
+from jaxtyping import Float, Int
+from numpy import ndarray
+
+_SAMPLES = 3  # along each edge of a pixel
+_FILLED = 0.9  # of the picture's edge that the object and its shadow take up
+_SMOOTH_DEG = 32.0  # faces that meet at less are one curved surface
+_LIGHT = np.array([-0.45, 0.55, 0.70])  # right, up, towards the viewer
+_FILL_LIGHT = np.array([0.8, 0.1, 0.6])
+_SUN = np.array([-0.24, 0.16, 1.0])  # in the object frame, turned with the view: casts the shadow
+_CHUNK = 2_000_000  # candidate pixels at a time
+
+
+@dataclasses.dataclass(frozen=True)
+class View:
+    """Where the viewer is: an orthographic camera that frames the object.
+
+    Attributes:
+      azimuth_deg: of the viewer, from x towards y.
+      elevation_deg: above the table.
+      size: edge of the square picture, pixels.
+    """
+
+    azimuth_deg: float = -60.0
+    elevation_deg: float = 28.0
+    size: int = 300
+
+    @property
+    def axes(self) -> Float[ndarray, "3 3"]:
+        """Rows: right, up and towards the viewer, in the object frame."""
+        a, e = np.radians([self.azimuth_deg, self.elevation_deg])
+        right = np.array([-np.sin(a), np.cos(a), 0.0])
+        back = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        return np.stack([right, np.cross(back, right), back])
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Picture:
+    """An image and its camera.
+
+    Attributes:
+      image: red, green, blue from 0 to 1, first row on top.
+      axes: see `View`.
+      middle: of the picture, right and up, m.
+      scale: pixels per metre.
+    """
+
+    image: Float[ndarray, "n n 3"]
+    axes: Float[ndarray, "3 3"]
+    middle: Float[ndarray, "2"]
+    scale: float
+
+    def place(self, points: Float[ndarray, "k 3"]) -> Float[ndarray, "k 2"]:
+        """Column and row of points in the object frame, pixels."""
+        flat = points @ self.axes[:2].T - self.middle
+        return 0.5 * len(self.image) + flat * [self.scale, -self.scale]
+
+
+def draw(
+    meshes: list[trimesh.Trimesh],
+    colors: list[tuple[float, float, float]],
+    view: View = View(),
+) -> Picture:
+    """Draws coloured meshes that stand on z = 0 on a white ground."""
+    corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
+    normals = np.concatenate([_corner_normals(mesh) for mesh in meshes])
+    color = np.repeat(colors, [len(mesh.faces) for mesh in meshes], axis=0)
+    seen = corners @ view.axes.T
+    sun = view.axes[:2].T @ _SUN[:2] + [0.0, 0.0, _SUN[2]]
+    ground = (corners - corners[..., 2:] * (sun / sun[2])) @ view.axes.T
+    extent = np.concatenate([seen, ground])
+    low, high = extent.min(axis=(0, 1)), extent.max(axis=(0, 1))
+    pixels = view.size * _SAMPLES
+    scale = _FILLED * pixels / max(high[0] - low[0], high[1] - low[1])
+    middle = 0.5 * (low + high)[:2]
+
+    def on_screen(points: Float[ndarray, "f 3 3"]) -> Float[ndarray, "f 3 3"]:
+        """Column, row and depth, all in sample pixels, depth larger when nearer."""
+        flat = 0.5 * pixels + (points[..., :2] - middle) * [scale, -scale]
+        return np.concatenate([flat, points[..., 2:] * scale], axis=-1)
+
+    screen = on_screen(seen)
+    face, weights = _nearest(screen, pixels)
+    image = np.ones((pixels * pixels, 3))
+    shadow, _ = _nearest(on_screen(ground), pixels)
+    image -= 0.28 * _blurred((shadow >= 0).astype(float), pixels)[:, None]
+    hit = face >= 0
+    normal = np.einsum("pk,pkd->pd", weights[hit], normals[face[hit]]) @ view.axes.T
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    image[hit] = _shaded(normal, color[face[hit]])
+    depth = np.full(pixels * pixels, -np.inf)
+    depth[hit] = np.einsum("pk,pk->p", weights[hit], screen[face[hit], :, 2])
+    facing = np.zeros((pixels * pixels, 3))
+    facing[hit] = normal
+    tint = np.zeros((pixels * pixels, 3))
+    tint[hit] = color[face[hit]]
+    image *= 1.0 - 0.65 * _outlined(depth, facing, tint, pixels)[:, None]
+    shape = (view.size, _SAMPLES, view.size, _SAMPLES, 3)
+    small = np.clip(image, 0.0, 1.0).reshape(shape).mean(axis=(1, 3))
+    return Picture(small, view.axes, middle, scale / _SAMPLES)
+
+
+def _corner_normals(mesh: trimesh.Trimesh) -> Float[ndarray, "f 3 3"]:
+    """Normal of each face at each of its corners, averaged over the curved surface around it."""
+    corners = mesh.vertices[mesh.faces]
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    unit = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
+    _, name = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
+    vertex = name.reshape(-1)[mesh.faces].reshape(-1)  # of each corner
+    order = np.argsort(vertex, kind="stable")
+    count = np.bincount(vertex)
+    start = np.cumsum(count) - count
+    # all pairs of corners at one vertex
+    pairs = count[vertex]
+    first = np.repeat(np.arange(len(vertex)), pairs)
+    nth = np.arange(len(first)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    second = order[start[vertex[first]] + nth]
+    alike = np.sum(unit[first // 3] * unit[second // 3], axis=1) > np.cos(np.radians(_SMOOTH_DEG))
+    total = np.stack(
+        [
+            np.bincount(first[alike], area[second[alike] // 3, axis], minlength=len(vertex))
+            for axis in range(3)
+        ],
+        axis=-1,
+    )
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    own = np.repeat(unit, 3, axis=0)
+    return np.where(length > 0.0, total / np.maximum(length, 1e-300), own).reshape(-1, 3, 3)
+
+
+def _nearest(
+    screen: Float[ndarray, "f 3 3"], pixels: int
+) -> tuple[Int[ndarray, " p"], Float[ndarray, "p 3"]]:
+    """The triangle nearest to the viewer at each pixel, -1 for none, and its corners' weights."""
+    low = np.clip(np.ceil(screen[..., :2].min(axis=1) - 0.5), 0, pixels).astype(int)
+    high = np.clip(np.ceil(screen[..., :2].max(axis=1) - 0.5), 0, pixels).astype(int)
+    size = np.maximum(high - low, 0)
+    boxes = size[:, 0] * size[:, 1]
+    depth = np.full(pixels * pixels, -np.inf)
+    face = np.full(pixels * pixels, -1)
+    weights = np.zeros((pixels * pixels, 3))
+    ends = np.cumsum(boxes)
+    splits = np.searchsorted(ends, np.arange(_CHUNK, ends[-1] + _CHUNK, _CHUNK)) + 1
+    for block in np.split(np.arange(len(boxes)), splits):
+        owner = np.repeat(block, boxes[block])
+        if len(owner) == 0:
+            continue
+        nth = np.arange(len(owner)) - np.repeat(
+            np.cumsum(boxes[block]) - boxes[block], boxes[block]
+        )
+        column = low[owner, 0] + nth % size[owner, 0]
+        row = low[owner, 1] + nth // size[owner, 0]
+        share = _barycentric(screen, owner, column + 0.5, row + 0.5)
+        inside = np.all(share >= -1e-9, axis=1)
+        owner, share = owner[inside], share[inside]
+        pixel = row[inside] * pixels + column[inside]
+        near = np.sum(share * screen[owner, :, 2], axis=1)
+        # the last of those sorted by depth is written last and stays
+        order = np.argsort(near, kind="stable")
+        order = order[near[order] > depth[pixel[order]]]
+        depth[pixel[order]] = near[order]
+        face[pixel[order]] = owner[order]
+        weights[pixel[order]] = share[order]
+    return face, weights
+
+
+def _barycentric(
+    screen: Float[ndarray, "f 3 3"],
+    owner: Int[ndarray, " n"],
+    column: Float[ndarray, " n"],
+    row: Float[ndarray, " n"],
+) -> Float[ndarray, "n 3"]:
+    """Weights of a triangle's corners at a point; negative outside, -1 if it is edge-on."""
+    a, b, c = (screen[owner, k, :2] for k in range(3))
+    point = np.stack([column, row], axis=-1)
+
+    def twice_area(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
+        return (q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0])
+
+    whole = twice_area(a, b, c)
+    thin = np.abs(whole) < 1e-9
+    parts = np.stack([twice_area(point, b, c), twice_area(a, point, c), twice_area(a, b, point)])
+    return np.where(thin, -1.0, parts / np.where(thin, 1.0, whole)).T
+
+
+def _shaded(normal: Float[ndarray, "p 3"], color: Float[ndarray, "p 3"]) -> Float[ndarray, "p 3"]:
+    key, fill = (light / np.linalg.norm(light) for light in (_LIGHT, _FILL_LIGHT))
+    diffuse = 0.34 + 0.58 * np.maximum(normal @ key, 0.0) + 0.20 * np.maximum(normal @ fill, 0.0)
+    half = np.add(key, [0.0, 0.0, 1.0])
+    gloss = np.maximum(normal @ (half / np.linalg.norm(half)), 0.0) ** 40
+    return color * diffuse[:, None] + 0.16 * gloss[:, None]
+
+
+def _outlined(
+    depth: Float[ndarray, " p"],
+    normal: Float[ndarray, "p 3"],
+    color: Float[ndarray, "p 3"],
+    pixels: int,
+) -> Float[ndarray, " p"]:
+    """1 where the surface breaks off, bends sharply or changes colour towards a neighbour."""
+    d, n, c = (x.reshape(pixels, pixels, -1) for x in (depth, normal, color))
+    line = np.zeros((pixels, pixels))
+    for axis in (0, 1):
+        after = [np.roll(x, -1, axis=axis) for x in (d, n, c)]
+        with np.errstate(invalid="ignore"):
+            step = np.abs(after[0] - d)[..., 0]
+        bend = np.sum(after[1] * n, axis=-1)
+        other = np.abs(after[2] - c).sum(axis=-1)
+        steep = 6.0 + 4.0 / np.maximum(np.minimum(after[1][..., 2], n[..., 2]), 0.08)
+        here = (step > steep) | (bend < 0.80) | (other > 0.15)
+        nothing = np.isinf(d[..., 0]) & np.isinf(after[0][..., 0])
+        line = np.maximum(line, here & ~nothing)
+    return line.reshape(-1)
+
+
+def _blurred(mask: Float[ndarray, " p"], pixels: int) -> Float[ndarray, " p"]:
+    """Means over squares, three times, which is close to a Gaussian."""
+    image, radius = mask.reshape(pixels, pixels), max(1, pixels // 60)
+    for _ in range(3):
+        for axis in (0, 1):
+            padded = np.cumsum(
+                np.pad(image, [(radius + 1, radius) if k == axis else (0, 0) for k in (0, 1)]), axis
+            )
+            after = np.take(padded, np.arange(2 * radius + 1, pixels + 2 * radius + 1), axis)
+            before = np.take(padded, np.arange(pixels), axis)
+            image = (after - before) / (2 * radius + 1)
+    return image.reshape(-1)
