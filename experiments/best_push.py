@@ -29,9 +29,9 @@ from mjx_inertia import runtime
 from mjx_inertia.dataset import add_noise, provenance
 from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS
 from mjx_inertia.estimators.sysid import (
-    Search,
     SysidSettings,
     equations_at,
+    fit,
     observed,
     search,
     to_coordinates,
@@ -47,7 +47,6 @@ from mjx_inertia.estimators.sysid.next_push import (
     straight_pushes,
     target_slopes,
 )
-from mjx_inertia.estimators.sysid.search import fits
 from mjx_inertia.evaluation import draw_bound_maps, draw_sequences
 from mjx_inertia.evaluation.appearance import styled
 from mjx_inertia.objects import cube
@@ -56,7 +55,6 @@ from mjx_inertia.pushing import PushRecord, Scene, SceneSettings, build_scene
 FOLDER = Path(__file__).parents[1] / "docs"
 LIMITS = PusherLimits(speed=(0.05, 0.2), length=0.08)
 SAMPLES = 432  # every record is padded to this: one compiled program for all
-ONSET = 0.3  # s that a search from the belief fits first
 EDGE = 0.15  # m, of the cube of check and maps
 TYPICAL = {
     "mass": 2.0, "inertia": 1.0, "com_x": 0.0, "com_y": 0.0, "friction": 0.4,
@@ -193,9 +191,7 @@ def contact_and_acceleration(lab: Lab) -> dict[str, float]:
 
 def sampling(lab: Lab) -> dict[str, float]:
     """Map over speed and sampling rate: of 200 samples a second every k-th is kept."""
-    fast = replace(
-        lab.settings, block=16, scene=replace(lab.settings.scene, rate=200.0, max_timestep=0.005)
-    )
+    fast = replace(lab.settings, scene=replace(lab.settings.scene, rate=200.0, max_timestep=0.005))
     scene, truth = build_scene(cube(EDGE, 1.0), fast.scene), to_coordinates(TYPICAL, fast)
     speed, keep = np.geomspace(0.02, 0.32, 9), np.array([16, 8, 4, 2, 1])
     pushes = pushes_of_cube(Paths(0, 0.4, math.radians(-15), speed, LIMITS.acceleration))
@@ -273,30 +269,16 @@ def next_pushes(lab: Lab, c: Campaign, active: np.ndarray, rng: np.random.Genera
     return [number[int(s)] for s in active]
 
 
-def estimated(lab: Lab, c: Campaign, active: np.ndarray, first: bool) -> np.ndarray:
+def estimated(lab: Lab, c: Campaign, active: np.ndarray, number: int) -> np.ndarray:
     """Updates estimate and information of the active sequences; returns which of them fit."""
     rows = np.flatnonzero(np.isin(c.group, active))
-    data = rows_of(joined(c.observation), rows), rows_of(joined(c.pushes), rows)
-    group = np.searchsorted(active, c.group[rows])
-
-    def found(start: Any, of: np.ndarray, seconds: float = np.inf) -> Search:
-        some = np.flatnonzero(np.isin(group, of))
-        observation, pushes = rows_of(data, some)
-        return search(
-            lab.scene, start, observation, pushes.setup, np.zeros(2), lab.settings,
-            body=np.searchsorted(of, group[some]), seconds=seconds,
-        )  # fmt: skip
-
-    everything, start = np.arange(len(active)), c.z[active]
-    best = found(found(start, everything, ONSET).z if first else start, everything)
-    bad = np.flatnonzero(~fits(best, data[0], group, lab.settings))
-    if len(bad):  # once more, from the belief, by way of the first moments
-        anew = found(found(0 * start[bad], bad, ONSET).z, bad)
-        wins = anew.cost < best.cost[bad]
-        for whole, new in zip(jax.tree.leaves(best), jax.tree.leaves(anew), strict=True):
-            whole[bad[wins]] = new[wins]
-    c.z[active], c.known[active] = best.z, best.hessian
-    return fits(best, data[0], group, lab.settings)
+    observation, pushes = rows_of(joined(c.observation), rows), rows_of(joined(c.pushes), rows)
+    found = fit(
+        lab.scene, c.z[active], observation, pushes.setup, np.zeros(2), lab.settings,
+        key=jax.random.key(number), body=np.searchsorted(active, c.group[rows]),
+    )  # fmt: skip
+    c.z[active], c.known[active] = found.search.z, found.search.hessian
+    return np.asarray(found.fits)
 
 
 def errors(c: Campaign, edge: np.ndarray, settings: SysidSettings) -> np.ndarray:
@@ -330,7 +312,7 @@ def campaign(lab: Lab, objects: int, rounds: int, random_rounds: int) -> dict[st
         c.pushes.append(new)
         c.observation.append(observed(record, settings))
         c.group = np.concatenate([c.group, active])
-        stuck = ~estimated(lab, c, active, k == 0)
+        stuck = ~estimated(lab, c, active, k)
         misfits.append(int(stuck.sum()))
         history.append(errors(c, edge[of], settings))
         middle = [np.median(history[-1][s], 0).round(3).tolist() for s in (c.chooses, ~c.chooses)]
@@ -386,14 +368,13 @@ def main() -> None:
     options = {"objects": 8, "draws": 200, "rounds": 4, "random_rounds": 7}
     options |= {k: int(v) for k, v in given.items()}
     runtime.configure(float64=True)
-    settings = SysidSettings(progress=False, iterations=7)
+    settings = SysidSettings(progress=False, iterations=20, coarse=0.3)
     lab = Lab(build_scene(cube(EDGE, 1.0), SceneSettings()), settings)
-    small = Lab(lab.scene, replace(settings, block=32))  # few pushes at a time
     sequence = options["objects"], options["rounds"], options["random_rounds"]
     what = {
         "check": lambda: check(lab, options["draws"]),
         "maps": lambda: contact_and_acceleration(lab),
-        "sequence": lambda: campaign(small, *sequence),
+        "sequence": lambda: campaign(lab, *sequence),
         "rate": lambda: sampling(lab),
     }
     result: dict[str, Any] = {"experiment": "best_push"}

@@ -52,8 +52,7 @@ GROUPS = {"force": [0, 1], "moment": [2], "position": [3, 4], "yaw": [5], "twist
 
 TEXT = """# Gradients through contact: where they can be trusted
 
-`python experiments/gradients.py` (writes this file; a few minutes on 2 cores, most of it
-compilation)
+`python experiments/gradients.py` (writes this file; two minutes on 2 cores)
 
 A cube of 2 kg and 0.15 m on the `limit_surface` table (μ = 0.4, tip friction 0.3, CoM 4 and -6 mm
 off the centre) is pushed for half a second. Each cell compares the derivative of a signal (force,
@@ -88,17 +87,17 @@ The same derivative computed in float32, against the float64 reference.
 ## Where it cannot be trusted
 - **As a model of finite changes.** The simulated push is smooth between events: a contact that
   opens or closes in another time step, a tip that goes from sticking to sliding. The derivative
-  is that of the piece, and the more often such events come (a hard start, a sliding tip, which
-  chatters: see physics.md), the shorter the piece. Along mass, I_zz and com_x it mostly reaches
+  is that of the piece, and the more often such events come (a hard start, a tip that begins to
+  slide), the shorter the piece. Along mass, I_zz and com_x it mostly reaches
   over 1 %; along tip friction and time constant it often does not. An identification that starts
   10 % off needs steps that are checked against the cost, not the derivative alone.
 - **The instant of first contact** (`start_x`). Time is discrete: within the step in which the tip
   touches, the derivative says how the depth of the first penetration changes; it does not see
   that a longer way makes the contact one step later. Parameters of the object do not move that
   instant, and theirs hold.
-- **With too few solver iterations.** A first touch can take more Newton steps than the 20 that data
-  are made with. A solver stopped early leaves one step that is off, differences across it are
-  nonsense, and the derivative assumes the minimum.
+- **With too few solver iterations.** A first touch takes up to some 40 Newton steps. A solver
+  stopped early leaves one step that is off, differences across it are nonsense, and the derivative
+  assumes the minimum.
 - **In float32**: often to 1 %, but after a hard start errors reach 90 %.
 """
 

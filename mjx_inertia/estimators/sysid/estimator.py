@@ -5,6 +5,7 @@ the outline of the object among it, which the learned estimators are not told. O
 """
 
 import dataclasses
+import functools
 from functools import partial
 from typing import NamedTuple
 
@@ -121,6 +122,10 @@ def _answers(
     return mean, covariance, _status(found, settings, relative)
 
 
+# a scene that is kept keeps its compiled programs
+_scene = functools.lru_cache(maxsize=64)(build_scene)
+
+
 def identify(
     fitted: FittedSysid, examples: Examples, settings: SysidSettings, *, key: KeyArray
 ) -> list[Identified]:
@@ -150,7 +155,7 @@ def identify(
             centroid = np.asarray(obj.center[:2], float)
             start = _starts(fitted, part, mine, np.tile(centroid, (len(rows), 1)))
             observation = observed(part.records, mine)
-            scene = build_scene(obj, mine.scene)
+            scene = _scene(obj, mine.scene)
             found = fit(
                 scene, np.asarray(start), observation, part.setup, centroid, mine,
                 key=jax.random.fold_in(key, int(number)), report=bar.set_postfix_str,

@@ -88,11 +88,15 @@ def fit(
         return search(scene, z, seen, setups, centroid, settings, **window)
 
     def again(found: Search, number: int, seconds: float, whole_push: bool) -> Search:
-        """Searches anew, from another start, what does not fit yet."""
-        bad = np.flatnonzero(usable & ~fits(found, observation, body, settings, seconds))
+        """Searches anew, from another start, what does not fit yet or, at last, stalled."""
+        settled = fits(found, observation, body, settings, seconds)
+        if whole_push:
+            settled &= found.converged
+        bad = np.flatnonzero(usable & ~settled)
         if not len(bad):
             return found
-        keys = jax.random.split(jax.random.fold_in(key, number), len(bad))
+        own = functools.partial(jax.random.fold_in, jax.random.fold_in(key, number))
+        keys = jax.vmap(own)(jnp.asarray(bad))
         near = functools.partial(draw, settings=settings)
         drawn = np.asarray(jax.vmap(near)(keys, jnp.asarray(start)[bad]))
         other = run(drawn, bad, settings.coarse)

@@ -102,7 +102,7 @@ class SysidSettings:
     start_features: str | None = "onset"
     draws: int = 3
     coarse: float = 0.6
-    iterations: int = 10
+    iterations: int = 20
     block: int = 64
     misfit: float = 1.05
     progress: bool = True
