@@ -287,6 +287,10 @@ def test_single_unknowns_and_informative_pushes():
         fisher = np.full(3, 50.0)
         fisher[i] = 0.1
         assert explain(identifiability(np.diag(fisher)), names) == sentence
+    two = identifiability(np.diag([50.0, 0.1, 0.2]))
+    assert explain(two, names).startswith(
+        ("I_zz and tip friction cannot be told from", "tip friction and I_zz cannot be told from")
+    )
     lost = identifiability(np.full((3, 3), np.nan))
     np.testing.assert_array_equal(lost.covariance, np.eye(3))
     assert float(lost.told) == 0.0

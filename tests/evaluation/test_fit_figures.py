@@ -36,7 +36,11 @@ def fake_fit(misfit=1.0, iterations=3):
         converged=np.ones(PUSHES, bool),
     )
     known = Identifiability(
-        covariance, np.full(PUSHES, 10.0), np.eye(P)[:PUSHES], np.full(PUSHES, 0.8)
+        covariance,
+        np.full(PUSHES, 10.0),
+        np.eye(P)[:PUSHES],
+        np.full(PUSHES, 0.8),
+        np.zeros((PUSHES, P, P)),
     )
     return Fit(
         start=np.zeros((PUSHES, P)),

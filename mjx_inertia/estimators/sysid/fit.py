@@ -15,6 +15,7 @@ from flax import struct
 from jaxtyping import Bool, Float, Int
 
 from mjx_inertia.estimators.sysid.identifiability import Identifiability, identifiability
+from mjx_inertia.estimators.sysid.normal_equations import wall_hessian
 from mjx_inertia.estimators.sysid.observation import Observation
 from mjx_inertia.estimators.sysid.search import Search, fits, misfit, search
 from mjx_inertia.estimators.sysid.settings import SysidSettings
@@ -111,7 +112,8 @@ def fit(
     for number in range(settings.draws):
         first = again(first, number, settings.coarse, whole_push=False)
     best = again(run(np.asarray(first.z), everything), settings.draws, np.inf, whole_push=True)
-    fisher = best.hessian - np.eye(best.z.shape[1])
+    walls = jax.vmap(functools.partial(wall_hessian, settings=settings))(jnp.asarray(best.z))
+    fisher = best.hessian - np.eye(best.z.shape[1]) - np.asarray(walls)
     return Fit(
         start=np.asarray(start),
         search=best,

@@ -23,12 +23,14 @@ class Identifiability:
       condition: ratio of the largest to the smallest eigenvalue of the information.
       weakest: unit vector of the coordinates that the data tell least about.
       told: share of the variance of the belief along it that the data take away (0: nothing).
+      untold: projection on all directions of which the data take away less than half.
     """
 
     covariance: Float[AnyArray, "*n p p"]
     condition: Float[AnyArray, "*n"]
     weakest: Float[AnyArray, "*n p"]
     told: Float[AnyArray, "*n"]
+    untold: Float[AnyArray, "*n p p"]
 
 
 def identifiability(fisher: Float[AnyArray, "p p"]) -> Identifiability:
@@ -43,6 +45,7 @@ def identifiability(fisher: Float[AnyArray, "p p"]) -> Identifiability:
         condition=eigenvalues[-1] / jnp.maximum(least, 1e-12),
         weakest=vectors[:, 0],
         told=least / (1.0 + least),
+        untold=(vectors * (eigenvalues < 1.0)) @ vectors.T,
     )
 
 
@@ -66,16 +69,18 @@ def explain(result: Identifiability, names: tuple[str, ...]) -> str:
       result: of one push.
       names: of the coordinates.
     """
-    if float(result.told) > 0.5:
+    untold = np.asarray(result.untold)
+    directions = round(float(np.trace(untold)))
+    if not directions:
         return ""
-    direction = np.abs(np.asarray(result.weakest))
-    order = np.argsort(-direction)
-    involved = [names[i] for i in order if direction[i] > _SPREAD_OF_DIRECTION]
+    share = np.sqrt(np.maximum(np.diagonal(untold), 0.0))
+    order = np.argsort(-share)
+    involved = [names[i] for i in order if share[i] > _SPREAD_OF_DIRECTION]
     words = [_WORDS.get(name) or name.replace("_", " ") for name in involved]
-    if len(words) == 1:
-        return f"{words[0]} cannot be told from this push{_why(involved)}"
-    listed = ", ".join(words[:-1]) + " and " + words[-1]
-    return f"{listed} cannot be told apart{_why(involved)}"
+    listed = words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
+    apart = " apart" if len(involved) > directions else ""
+    alone = " from this push" if not apart else ""
+    return f"{listed} cannot be told{apart}{alone}{_why(involved)}"
 
 
 def _why(involved: list[str]) -> str:

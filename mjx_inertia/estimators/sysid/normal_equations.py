@@ -117,6 +117,12 @@ def information(
     return sums
 
 
+def wall_hessian(z: Float[AnyArray, " p"], settings: SysidSettings) -> Float[Array, "p p"]:
+    """Gauss-Newton Hessian of the walls at the bounds: no information, though it adds to a cost."""
+    _, slope = jax.jvp(lambda z: beyond_bounds(z, settings), (z,), (jnp.ones_like(z),))
+    return jnp.diag(slope * slope)
+
+
 def with_belief(
     data: NormalEquations, z: Float[AnyArray, " p"], settings: SysidSettings
 ) -> NormalEquations:
@@ -128,10 +134,11 @@ def with_belief(
     sane = jnp.isfinite(data.cost) & jnp.all(jnp.isfinite(data.hessian))
     sane &= jnp.all(jnp.isfinite(data.gradient))
     clean = jax.tree.map(lambda x: jnp.where(sane, x, 0.0), data)
+    prior = jnp.eye(z.shape[0], dtype=z.dtype)
     return NormalEquations(
         cost=jnp.where(sane, clean.cost + 0.5 * (z @ z + wall @ wall), DIVERGED),
         gradient=clean.gradient + z + slope * wall,
-        hessian=clean.hessian + jnp.diag(1.0 + slope * slope),
+        hessian=clean.hessian + prior + wall_hessian(z, settings),
     )
 
 
