@@ -4,13 +4,17 @@ In: meshes, named primitives. Out: `FileBody`, which the readers of URDF, MJCF a
 """
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
+from mjx_inertia.objects.from_parts import joined
 from mjx_inertia.objects.part import Color, Part, transformed
 from mjx_inertia.spatial import InertialParameters
 
@@ -76,7 +80,9 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
         mesh = trimesh.load_mesh(path, process=False)
     except Exception as error:  # readers of a dozen formats raise whatever they meet
         reason = f"{type(error).__name__}: {error}"
-        raise ValueError(f"{path}: expected a mesh, found a file that has none ({reason})") from None
+        raise ValueError(
+            f"{path}: expected a mesh, found a file that has none ({reason})"
+        ) from None
     if not len(mesh.faces):
         raise ValueError(f"{path}: expected a mesh of triangles, found {len(mesh.vertices)} points")
     if not mesh.is_watertight:  # a soup of triangles, or corners split by their normals
@@ -111,6 +117,33 @@ def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:
             radius, length = map(float, size)
             return trimesh.creation.capsule(length, radius, count=[_SECTIONS, _SECTIONS])
     raise ValueError(f"a geometry of kind {kind!r}, which bounds no solid")
+
+
+def stated_inertial(
+    mass: float, about_com: Float[ndarray, "3 3"], T_body_axes: Pose
+) -> InertialParameters:
+    """Parameters as files state them, in the frame of the body; in double precision, NumPy arrays.
+
+    Args:
+      mass: kg.
+      about_com: tensor about the CoM, kg m², in axes of its own.
+      T_body_axes: pose of these axes, at the CoM.
+    """
+    R_body_axes = T_body_axes[:3, :3]
+    turned = R_body_axes @ about_com @ R_body_axes.T
+    with jax.enable_x64(True):
+        body = InertialParameters(
+            mass=jnp.asarray(mass),
+            com=jnp.asarray(T_body_axes[:3, 3]),
+            inertia=jnp.asarray(0.5 * (turned + turned.T)),
+        )
+        return jax.tree.map(np.asarray, body)
+
+
+def joined_exactly(bodies: Sequence[InertialParameters]) -> InertialParameters:
+    """Bodies in one frame as one body, in double precision, as NumPy arrays."""
+    with jax.enable_x64(True):
+        return jax.tree.map(np.asarray, joined(bodies))
 
 
 def placed(mesh: trimesh.Trimesh, T_new_old: Pose) -> trimesh.Trimesh:

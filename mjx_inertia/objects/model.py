@@ -101,7 +101,7 @@ class ObjectModel:
         if len(self.outline) != 4 or not self.is_convex or len(self.pieces[0]) != 8:
             return False
         off = np.abs(np.abs(self.pieces[0] - self.center) - self.half_extents)
-        return bool(np.all(off <= 1e-9 * self.half_extents.max()))
+        return bool(np.all(off <= 1e-6 * self.half_extents.max()))
 
     @functools.cached_property
     def pieces_error(self) -> float:
