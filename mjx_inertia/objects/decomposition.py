@@ -164,10 +164,9 @@ def _ways_to_cut(body: _Body) -> Iterator[list[_Body]]:
     _, _, axes = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)
     middles = []
     for normal in axes:
-        along = corners @ normal
-        offsets = np.linspace(along.min(), along.max(), _CUTS + 2)[1:-1]
-        middles.append((tuple(normal), float(offsets[_CUTS // 2])))
-        for offset in offsets:
+        low, high = np.min(corners @ normal), np.max(corners @ normal)
+        middles.append((tuple(normal), 0.5 * (low + high)))
+        for offset in np.linspace(low, high, _CUTS + 2)[1:-1]:
             yield _bodies(body.solid.split_by_plane(tuple(normal), float(offset)))
     for first, second in itertools.combinations(middles, 2):
         halves = body.solid.split_by_plane(*first)

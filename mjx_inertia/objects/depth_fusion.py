@@ -251,7 +251,7 @@ def _diffused(
     Nothing flows through the table: below it nobody looks.
     """
 
-    def average(_: int, old: Float[Array, "n n n"]) -> Float[Array, "n n n"]:
+    def average(_: Int[Array, ""], old: Float[Array, "n n n"]) -> Float[Array, "n n n"]:
         under = jnp.where(jnp.roll(above, 1), jnp.roll(old, 1, axis=2), old)
         around = [jnp.roll(old, shift, axis) for axis in (0, 1) for shift in (1, -1)]
         mean = (sum(around) + under + jnp.roll(old, -1, axis=2)) / 6.0

@@ -51,8 +51,18 @@ def union(meshes: Iterable[trimesh.Trimesh]) -> manifold3d.Manifold:
     solids = [to_manifold(mesh) for mesh in snapped]
     whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     bodies = whole.decompose()
-    solid = [body for body in bodies if body.volume() > _SLIVER * whole.volume()]
-    return whole if len(solid) == len(bodies) else manifold3d.Manifold.compose(solid)
+    sliver = _SLIVER * whole.volume()
+    if all(abs(body.volume()) > sliver for body in bodies):
+        return whole
+    outer = manifold3d.Manifold.compose([body for body in bodies if body.volume() > sliver])
+    # a closed hollow is a body of negative volume
+    hollows = [_turned_out(body) for body in bodies if body.volume() < -sliver]
+    return manifold3d.Manifold.batch_boolean([outer, *hollows], manifold3d.OpType.Subtract)
+
+
+def _turned_out(solid: manifold3d.Manifold) -> manifold3d.Manifold:
+    mesh = from_manifold(solid)
+    return to_manifold(trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False))
 
 
 def filled(solid: manifold3d.Manifold) -> manifold3d.Manifold:

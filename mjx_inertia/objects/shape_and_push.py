@@ -165,15 +165,18 @@ def _gyration_z(
     shape: ShapeEstimate, values: Float[ndarray, " k"], noise: Float[ndarray, "k k"]
 ) -> float:
     with jax.enable_x64(True):
-        of_shape, slope = jax.value_and_grad(
-            lambda theta: jnp.log(from_log_cholesky(theta).inertia[2, 2]) - 2.0 * theta[0]
-        )(jnp.asarray(shape.theta))
+        of_shape, slope = (np.asarray(x) for x in _log_gyration_and_slope(shape.theta))
     by_push = np.array([-1.0, 1.0]) / values[:2]
-    slope = np.asarray(slope)
     variance = by_push @ noise[:2, :2] @ by_push + slope @ shape.covariance @ slope
     return float((np.log(values[1] / values[0]) - float(of_shape)) / np.sqrt(variance))
 
 
+def _log_gyration(theta: Float[AnyArray, "10"]) -> Float[Array, ""]:
+    """ln(I_zz / m)."""
+    return jnp.log(from_log_cholesky(jnp.asarray(theta)).inertia[2, 2]) - 2.0 * theta[0]
+
+
+@jax.jit
 def _body(state: Float[AnyArray, "11"]) -> InertialParameters:
     """The body of log-Cholesky parameters at unit density and half the logarithm of a density."""
     return from_log_cholesky(jnp.asarray(state)[:10].at[0].add(state[10]))
@@ -194,4 +197,5 @@ def _numbers(state: Float[AnyArray, "11"]) -> Float[Array, "10"]:
 
 
 _slope = jax.jit(jax.jacfwd(_planar))
+_log_gyration_and_slope = jax.jit(jax.value_and_grad(_log_gyration))
 _numbers_slope = jax.jit(jax.jacfwd(_numbers))

@@ -1,6 +1,7 @@
 """Shape and push together: calibrated, exact where nothing is noisy, and honest about density."""
 
 import dataclasses
+import functools
 
 import jax
 import jax.numpy as jnp
@@ -45,17 +46,22 @@ def wedge():
     return mesh.apply_translation(REFERENCE + np.array([-0.05, -0.03, -0.03]))
 
 
+@functools.cache
 def truth():
     mesh = wedge()
     return mass_properties(mesh.vertices, mesh.faces, DENSITY)
 
 
+@functools.cache
+def true_theta():
+    mesh = wedge()
+    body = mass_properties(mesh.vertices - REFERENCE, mesh.faces)
+    return np.asarray(to_log_cholesky(body), dtype=np.float64)
+
+
 def shape(std=SHAPE_STD, seed=None):
     """An estimate with errors drawn from its own covariance; without errors for no seed."""
-    mesh = wedge()
-    theta = np.asarray(
-        to_log_cholesky(mass_properties(mesh.vertices - REFERENCE, mesh.faces)), dtype=np.float64
-    )
+    mesh, theta = wedge(), true_theta()
     if seed is not None:
         theta = theta + std * np.random.default_rng(seed).normal(size=10)
     surface = TriangleMesh(np.asarray(mesh.vertices), np.asarray(mesh.faces, dtype=np.int64))
@@ -95,9 +101,9 @@ def test_exact_where_nothing_is_noisy():
     [((0.02, np.inf), np.inf, 0), ((0.02, 0.06), np.inf, 1), ((0.02, 0.06), 5e-4, 3)],
 )
 def test_stated_uncertainties_are_met(relative, com_std, degrees):
-    """Over 300 draws: z-scores of RMS 1, and p-values spread evenly from 0 to 1."""
+    """Over 200 draws: z-scores of RMS 1, and p-values spread evenly from 0 to 1."""
     scores, p_values = [], []
-    for seed in range(300):
+    for seed in range(200):
         full = combine_shape_and_push(
             shape(seed=seed), *push(truth(), relative, seed=seed, com_std=com_std)
         )
@@ -105,7 +111,7 @@ def test_stated_uncertainties_are_met(relative, com_std, degrees):
         error = numbers(full.inertial) - numbers(truth())
         scores.append(error / np.sqrt(np.diag(full.covariance)))
         p_values.append(full.uniformity.p_value)
-    np.testing.assert_allclose(np.sqrt(np.mean(np.square(scores), axis=0)), 1.0, atol=0.15)
+    np.testing.assert_allclose(np.sqrt(np.mean(np.square(scores), axis=0)), 1.0, atol=0.18)
     if degrees:
         assert stats.kstest(p_values, "uniform").pvalue > 0.01
     else:

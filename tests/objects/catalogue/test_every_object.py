@@ -40,7 +40,7 @@ def test_solid_consistent_and_at_rest(name):
 def test_size_mass_and_words_are_those_of_real_things(name):
     obj = load_catalogue(name)[name]
     assert 0.04 < 2 * obj.half_extents.max() < 0.7  # m: what one arm can handle
-    assert 0.02 < float(obj.inertial.mass) < 6.0
+    assert 0.01 < float(obj.inertial.mass) < 6.0
     assert 20.0 < float(obj.inertial.mass) / obj.mesh.volume < 9000.0  # kg/m³: foam to brass
     assert 0.1 < obj.friction < 1.0
     assert obj.name == name and obj.category in CATEGORIES and len(obj.source) > 10
@@ -60,7 +60,7 @@ def test_parts_add_up_to_the_whole(name):
 def test_convex_pieces_and_support(name):
     """Few enough to collide with; the error of thin shells is large in shares of their volume."""
     obj = load_catalogue(name)[name]
-    assert 1 <= len(obj.pieces) <= 250
+    assert 1 <= len(obj.pieces) <= 400
     low = min(piece[:, 2].min() for piece in obj.pieces)
     high = max(piece[:, 2].max() for piece in obj.pieces)
     assert low == pytest.approx(0.0, abs=2e-3) and high == pytest.approx(obj.height, abs=3e-3)
