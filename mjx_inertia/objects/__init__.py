@@ -14,7 +14,9 @@ from mjx_inertia.objects.depth_camera import (
     with_noise,
 )
 from mjx_inertia.objects.depth_fusion import FusedSolid, FusionSettings, TriangleMesh, fuse_views
+from mjx_inertia.objects.export import export_objects
 from mjx_inertia.objects.from_parts import from_parts
+from mjx_inertia.objects.import_object import import_object
 from mjx_inertia.objects.mass_properties import mass_properties, polyhedron_properties
 from mjx_inertia.objects.mcube import load_mcube_objects
 from mjx_inertia.objects.mesh_defects import Finding, MeshDefect, find_defects
@@ -70,10 +72,12 @@ __all__ = [
     "cube",
     "cuboid",
     "estimate_shape",
+    "export_objects",
     "find_defects",
     "friction_radius",
     "from_parts",
     "fuse_views",
+    "import_object",
     "join_views",
     "load_catalogue",
     "load_mcube_objects",

@@ -1,6 +1,7 @@
 """The catalogue at the command line: `python -m mjx_inertia.objects`.
 
-Without a command it lists the objects; `gallery FILE` draws them.
+Without a command it lists the objects; `gallery FILE` draws them; `export DIR` writes them as URDF
+and MJCF.
 """
 
 import argparse
@@ -9,6 +10,7 @@ from collections.abc import Sequence
 
 from mjx_inertia import runtime
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
+from mjx_inertia.objects.export import FORMATS, export_objects
 from mjx_inertia.objects.gallery import gallery
 from mjx_inertia.objects.listing import table
 
@@ -22,6 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if given.command == "gallery":
             gallery(objects, given.file)
             print(f"{len(objects)} objects in {given.file}")
+        elif given.command == "export":
+            export_objects(objects, given.folder, given.format)
+            print(f"{len(objects)} objects in {given.folder}")
         else:
             print(table(objects.values()))
             print(f"{len(objects)} objects")
@@ -45,6 +50,13 @@ def _parser() -> argparse.ArgumentParser:
     commands.add_parser("list", help="a table of all (the default)", parents=[which])
     sheet = commands.add_parser("gallery", help="a labelled sheet of all", parents=[which])
     sheet.add_argument("file", metavar="FILE", help="to write, .png or .html")
+    files = commands.add_parser(
+        "export", help="a folder for each, as URDF and MJCF", parents=[which]
+    )
+    files.add_argument("folder", metavar="DIR", help="to write into; made if it does not exist")
+    files.add_argument(
+        "--format", nargs="+", default=FORMATS, choices=FORMATS, help="both if not given"
+    )
     return parser
 
 

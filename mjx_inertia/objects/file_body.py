@@ -19,6 +19,7 @@ from mjx_inertia.objects.part import Color, Part, transformed
 from mjx_inertia.spatial import InertialParameters
 
 _SECTIONS = 128  # facets around a primitive: 0.04 % of a cylinder's volume
+_CAPSULE = [64, _SECTIONS]  # from pole to pole, around
 _SUBDIVISIONS = 4  # of an icosahedron: 0.4 % of a sphere's volume
 
 Pose = Float[ndarray, "4 4"]
@@ -49,8 +50,9 @@ class FileBody:
       name: in the file.
       visuals: geometries to look at, m, in one frame of the file's choice.
       collisions: geometries to touch.
-      inertial: in that frame, in double precision; None where the file does not state it.
-      lacking: in words, what the file does not state.
+      inertial: in that frame, in double precision; None where the file does not state it, or
+        what it states is of no body.
+      lacking: in words, why it is None.
       friction: Coulomb's coefficient; None where the file has none.
       category: of the catalogue, or empty.
       source: of the figures, or empty.
@@ -111,11 +113,14 @@ def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:
             return trimesh.creation.icosphere(_SUBDIVISIONS, float(size[0]))
         case "ellipsoid":
             return placed(trimesh.creation.icosphere(_SUBDIVISIONS), np.diag([*size, 1.0]))
-        case "cylinder":
-            return trimesh.creation.cylinder(float(size[0]), float(size[1]), sections=_SECTIONS)
-        case "capsule":
+        case "cylinder" | "capsule":
             radius, length = map(float, size)
-            return trimesh.creation.capsule(length, radius, count=[_SECTIONS, _SECTIONS])
+            # at radius 1: `trimesh` leaves out triangles that are small in absolute terms
+            if kind == "cylinder":
+                mesh = trimesh.creation.cylinder(1.0, length / radius, sections=_SECTIONS)
+            else:
+                mesh = trimesh.creation.capsule(length / radius, 1.0, count=_CAPSULE)
+            return placed(mesh, np.diag([radius, radius, radius, 1.0]))
     raise ValueError(f"a geometry of kind {kind!r}, which bounds no solid")
 
 

@@ -118,7 +118,7 @@ def checked_mesh(
             raise ValueError(f"the mesh is not a solid: {finding}")
     for finding in findings:
         if finding.defect is not MeshDefect.DEGENERATE_FACE:
-            warnings.warn(f"the mesh is not quite a solid: {finding}", stacklevel=3)
+            warnings.warn(f"the mesh is not quite a solid: {finding}", stacklevel=4)
     return _arrays(vertices, faces)
 
 
@@ -241,7 +241,7 @@ def _bad_solid(corners: Float[ndarray, "f 3 3"], names: Int[ndarray, "f 3"]) -> 
 
 
 def _counted_wrongly(share: float) -> str:
-    much = f"about {share:.2g}" if share > 0.0 else f"less than {1.0 / _COLUMNS**2:.1g}"
+    much = f"about {share:.2g}" if share > 0.0 else f"less than some {1.0 / _COLUMNS**2:.0e}"
     return f"so that {much} of the volume is counted wrongly (`repair_mesh` tries)"
 
 

@@ -17,6 +17,7 @@ from mjx_inertia.objects.part import Color
 
 FOLDER = "meshes"  # beside the file that names them
 _DIGITS = 12  # after the point, in m
+_FLAT = 1e-9  # of the object's volume: a piece no larger is a sliver that rounding left
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,8 +53,10 @@ class MeshFiles:
 def mesh_files(obj: ObjectModel) -> MeshFiles:
     """The files of an object: one for each part, or for the whole; one for each convex piece.
 
+    Pieces without volume are left out: nothing touches them, and no engine takes them.
+
     Raises:
-      ValueError: a mesh or a piece that is not finite, or a piece without volume.
+      ValueError: a mesh or a piece that is not finite, or no piece with volume.
     """
     mean = float(obj.inertial.mass) / obj.mesh.volume
     looks = [(part.mesh, part.color, part.density) for part in obj.parts]
@@ -62,16 +65,17 @@ def mesh_files(obj: ObjectModel) -> MeshFiles:
     for i, (mesh, color, density) in enumerate(looks or [(obj.mesh, obj.color, mean)]):
         visuals.append(VisualFile(f"part_{i}.obj", color, float(density)))
         content[visuals[-1].file] = _wavefront(obj.name, f"part {i}", mesh)
-    collisions = tuple(f"piece_{i}.obj" for i in range(len(obj.pieces)))
-    for i, (file, piece) in enumerate(zip(collisions, obj.pieces, strict=True)):
-        if np.all(np.isfinite(piece)):
-            hull = manifold3d.Manifold.hull_points(piece)
-            if hull.is_empty():
-                raise ValueError(f"{obj.name}: piece {i} has no volume; leave it out of `pieces`")
-            content[file] = _wavefront(obj.name, f"piece {i}", from_manifold(hull))
-        else:
+    collisions = []
+    for i, piece in enumerate(obj.pieces):
+        if not np.all(np.isfinite(piece)):
             raise ValueError(f"{obj.name}: piece {i} has vertices that are not finite")
-    return MeshFiles(tuple(visuals), collisions, content)
+        hull = manifold3d.Manifold.hull_points(piece)
+        if hull.volume() > _FLAT * obj.mesh.volume:
+            collisions.append(f"piece_{len(collisions)}.obj")
+            content[collisions[-1]] = _wavefront(obj.name, f"piece {i}", from_manifold(hull))
+    if not collisions:
+        raise ValueError(f"{obj.name}: none of its {len(obj.pieces)} pieces has volume")
+    return MeshFiles(tuple(visuals), tuple(collisions), content)
 
 
 def _wavefront(name: str, what: str, mesh: trimesh.Trimesh) -> bytes:

@@ -11,6 +11,7 @@ import hashlib
 import inspect
 import json
 import os
+import sys
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from importlib import metadata
@@ -20,6 +21,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from mjx_inertia.objects.catalogue.code_digest import code_digest
 from mjx_inertia.objects.catalogue.recipe import Recipe
 from mjx_inertia.objects.from_parts import from_parts
 from mjx_inertia.objects.model import ObjectModel
@@ -29,7 +31,7 @@ from mjx_inertia.spatial import InertialParameters
 
 Value = float | int | str | tuple[float, ...]
 _EVERYWHERE = ("mass", "friction")  # parameters that every object has
-_MAKERS = ("numpy", "shapely", "trimesh", "manifold3d", "coacd")
+_PACKAGES = ("numpy", "scipy", "shapely", "trimesh", "manifold3d")
 
 
 def build(
@@ -134,17 +136,13 @@ def _check_names(recipe: Recipe, chosen: Mapping[str, Value]) -> None:
 
 
 def _key(recipe: Recipe, chosen: Mapping[str, Value]) -> str:
-    what = json.dumps([recipe.name, sorted(chosen.items()), _code()], default=float)
+    """Of all that decides how an object comes out."""
+    makers = [sys.modules[__name__], sys.modules[recipe.build.__module__]]
+    code = [code_digest(module) for module in makers]
+    what = json.dumps([recipe.name, sorted(chosen.items()), code, _versions()], default=float)
     return hashlib.sha256(what.encode()).hexdigest()[:16]
 
 
 @functools.cache
-def _code() -> str:
-    """Digest of all that decides how an object comes out of its parameters."""
-    digest = hashlib.sha256()
-    folder = Path(__file__).parents[1]
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.read_bytes())
-    for package in _MAKERS:
-        digest.update(f"{package} {metadata.version(package)}".encode())
-    return digest.hexdigest()
+def _versions() -> list[str]:
+    return [metadata.version(package) for package in _PACKAGES]

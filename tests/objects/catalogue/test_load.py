@@ -1,11 +1,14 @@
 """The catalogue by name: parameters, the cache, and errors that say what to do."""
 
+import sys
+
 import jax
 import numpy as np
 import pytest
 
 from mjx_inertia.objects import load_catalogue
 from mjx_inertia.objects.catalogue import build as build_module
+from mjx_inertia.objects.catalogue import code_digest
 from mjx_inertia.objects.catalogue.build import build
 from mjx_inertia.objects.catalogue.load import recipes
 from mjx_inertia.objects.catalogue.recipe import Recipe
@@ -117,3 +120,12 @@ def test_a_file_that_is_no_object(tmp_path):
 def test_recipes_are_documented():
     for recipe in recipes().values():
         assert recipe.build.__doc__, recipe.name
+
+
+def test_the_cache_knows_the_code_that_an_object_runs_on():
+    """The files that a module imports, and theirs, but not those of other categories."""
+    toys, primitives = (sys.modules[recipes()[n].build.__module__] for n in ("ball", "cube"))
+    files = {path.name for path in code_digest.sources(primitives)}
+    assert {"primitives.py", "solids.py", "convex_pieces.py", "materials.py"} <= files
+    assert not {"toys.py", "home.py", "load.py", "gallery.py"} & files
+    assert code_digest.code_digest(toys) != code_digest.code_digest(primitives)

@@ -1,0 +1,246 @@
+"""A URDF file as one rigid body.
+
+In: a path. Out: `FileBody` in the frame of the root link. Links that fixed joints join become one
+body; a link without mass, inertia and geometry is a mere frame.
+"""
+
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import jax
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.objects.file_body import (
+    FileBody,
+    FileShape,
+    Pose,
+    joined_exactly,
+    placed,
+    primitive_mesh,
+    read_mesh,
+    stated_inertial,
+)
+from mjx_inertia.objects.part import Color
+from mjx_inertia.objects.urdf_writer import NOTE
+from mjx_inertia.spatial import Consistency, InertialParameters, check_consistency, explain
+
+_PRIMITIVES = {
+    "box": ("size", 3),
+    "sphere": ("radius", 1),
+    "cylinder": ("radius length", 1),
+    "capsule": ("radius length", 1),
+}
+_TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_CONTENT = ("inertial", "visual", "collision")
+
+
+def read_urdf(path: Path, root: ET.Element) -> FileBody:
+    """The body that the links of a file make up.
+
+    Args:
+      path: of the file, beside or below which meshes are found.
+      root: its element `robot`.
+
+    Raises:
+      ValueError: a joint that moves, links that nothing joins, or elements that are not as URDF
+        defines them; each by its name. What is wrong with inertial parameters, `lacking` says.
+      FileNotFoundError: a mesh that is not where the file says.
+    """
+    links = {_attribute(link, "name", "a link"): link for link in root.findall("link")}
+    poses = _link_poses(root, links)
+    colors = {material.get("name"): _color(material) for material in root.findall("material")}
+    bodies, lacking = [], []
+    for name, T_root_link in poses.items():
+        inertial = links[name].find("inertial")
+        if inertial is not None:
+            try:
+                bodies.append(_inertial(inertial, f"link {name!r}", T_root_link))
+            except ValueError as error:  # which matters only to those who ask for it
+                lacking.append(str(error))
+        elif any(links[name].find(kind) is not None for kind in ("visual", "collision")):
+            lacking.append(f"link {name!r} has no <inertial>")
+    friction = root.find("link/contact/lateral_friction")
+    note = root.find(NOTE)
+    note = {} if note is None else note.attrib
+    return FileBody(
+        name=root.get("name", path.stem),
+        visuals=_shapes("visual", links, poses, path, colors),
+        collisions=_shapes("collision", links, poses, path, colors),
+        inertial=joined_exactly(bodies) if bodies and not lacking else None,
+        lacking=" and ".join(lacking) or "no link has an <inertial>",
+        friction=None if friction is None else float(_numbers(friction, "value", 1, "link")[0]),
+        category=note.get("category", ""),
+        source=note.get("source", ""),
+    )
+
+
+def _link_poses(root: ET.Element, links: dict[str, ET.Element]) -> dict[str, Pose]:
+    """T_root_link of every link that is joined to the one with mass or shape."""
+    above: dict[str, tuple[str, Pose]] = {}
+    for joint in root.findall("joint"):
+        where = f"joint {joint.get('name')!r}"
+        kind = joint.get("type")
+        parent, child = (_link_of(joint, end, links, where) for end in ("parent", "child"))
+        if kind == "floating" and not _has_content(links[parent]):
+            continue  # from the world to a body that is free
+        if kind != "fixed":
+            raise ValueError(
+                f"{where} moves ({kind}): an object is one rigid body, so that only fixed joints "
+                "may join its links; make it fixed, or give each link a file of its own"
+            )
+        if child in above:
+            raise ValueError(f"{where} gives link {child!r} a second parent")
+        above[child] = parent, _origin(joint, where)
+    poses, roots = {}, {}
+    for name in links:
+        pose, link = np.eye(4), name
+        for _ in links:
+            if link not in above:
+                break
+            link, T_above_link = above[link]
+            pose = T_above_link @ pose
+        if link in above:
+            raise ValueError(f"link {name!r} is in a loop of joints")
+        poses[name], roots[name] = pose, link
+    solid = [name for name, link in links.items() if _has_content(link)]
+    if not solid:
+        raise ValueError(f"no link with mass or shape among {len(links)} links")
+    for name in solid:
+        if roots[name] != roots[solid[0]]:
+            raise ValueError(f"links {solid[0]!r} and {name!r} are not joined into one body")
+    return {name: pose for name, pose in poses.items() if roots[name] == roots[solid[0]]}
+
+
+def _has_content(link: ET.Element) -> bool:
+    return any(link.find(kind) is not None for kind in _CONTENT)
+
+
+def _link_of(joint: ET.Element, end: str, links: dict[str, ET.Element], where: str) -> str:
+    element = joint.find(end)
+    name = None if element is None else element.get("link")
+    if name is None or name not in links:
+        raise ValueError(f"{where}: its {end} {name!r} is none of the links {list(links)}")
+    return name
+
+
+def _inertial(element: ET.Element, where: str, T_root_link: Pose) -> InertialParameters:
+    """In the root's frame; the tensor of the file is in the axes of the inertial's own origin."""
+    mass, tensor = element.find("mass"), element.find("inertia")
+    if mass is None or tensor is None:
+        raise ValueError(f"{where}: <inertial> needs <mass> and <inertia>")
+    xx, xy, xz, yy, yz, zz = (_numbers(tensor, key, 1, where)[0] for key in _TENSOR)
+    body = stated_inertial(
+        float(_numbers(mass, "value", 1, where)[0]),
+        np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
+        T_root_link @ _origin(element, where),
+    )
+    frame_only = body.mass == 0.0 and not np.any(body.inertia)
+    with jax.enable_x64(True):
+        if not frame_only and int(check_consistency(body)) > Consistency.ON_BOUNDARY:
+            raise ValueError(f"{where}: {explain(body)}")
+    return body
+
+
+def _shapes(
+    kind: str,
+    links: dict[str, ET.Element],
+    poses: dict[str, Pose],
+    path: Path,
+    colors: dict[str | None, Color | None],
+) -> tuple[FileShape, ...]:
+    shapes = []
+    for name, T_root_link in poses.items():
+        for i, element in enumerate(links[name].findall(kind)):
+            where = f"link {name!r}, {kind} {i}"
+            mesh = _geometry(element, where, path)
+            material = element.find("material")
+            color = None
+            if material is not None:
+                color = _color(material) or colors.get(material.get("name"))
+            pose = T_root_link @ _origin(element, where)
+            shapes.append(FileShape(where, placed(mesh, pose), color))
+    return tuple(shapes)
+
+
+def _geometry(element: ET.Element, where: str, path: Path) -> trimesh.Trimesh:
+    """In the frame of the geometry, m."""
+    geometry = element.find("geometry")
+    if geometry is None or len(geometry) == 0:
+        raise ValueError(f"{where}: expected a <geometry> with a shape, found none")
+    shape = geometry[0]
+    if shape.tag == "mesh":
+        mesh = read_mesh(_mesh_path(_attribute(shape, "filename", where), where, path))
+        scale = _numbers(shape, "scale", 3, where) if "scale" in shape.attrib else np.ones(3)
+        return placed(mesh, np.diag([*scale, 1.0]))
+    if shape.tag not in _PRIMITIVES:
+        known = ["mesh", *_PRIMITIVES]
+        raise ValueError(f"{where}: unknown shape <{shape.tag}>; expected one of {known}")
+    names, count = _PRIMITIVES[shape.tag]
+    size = np.concatenate([_numbers(shape, name, count, where) for name in names.split()])
+    try:
+        return primitive_mesh(shape.tag, size)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+
+
+def _mesh_path(name: str, where: str, path: Path) -> Path:
+    """Where the mesh is: beside the file, or in the package that holds it."""
+    if name.startswith("file://"):
+        places = [Path(name.removeprefix("file://"))]
+    elif name.startswith("package://"):
+        inside = Path(name.removeprefix("package://"))
+        folders = path.resolve().parents
+        places = [folder / inside for folder in folders]
+        places += [folder / Path(*inside.parts[1:]) for folder in folders]
+    else:
+        places = [path.parent / name]
+    for place in places:
+        if place.is_file():
+            return place
+    raise FileNotFoundError(
+        f"{path}: {where}: expected the mesh {name!r} at {places[0]}"
+        + (f" or in another folder above {path.parent}" if len(places) > 1 else "")
+        + ", found no such file"
+    )
+
+
+def _origin(element: ET.Element, where: str) -> Pose:
+    """The pose that an element `origin` states; angles are about fixed axes, x first."""
+    origin = element.find("origin")
+    pose = np.eye(4)
+    if origin is not None and "rpy" in origin.attrib:
+        roll, pitch, yaw = map(float, _numbers(origin, "rpy", 3, where))
+        pose = trimesh.transformations.euler_matrix(roll, pitch, yaw, "sxyz")
+    if origin is not None and "xyz" in origin.attrib:
+        pose[:3, 3] = _numbers(origin, "xyz", 3, where)
+    return pose
+
+
+def _color(material: ET.Element) -> Color | None:
+    color = material.find("color")
+    if color is None:
+        return None
+    red, green, blue, _ = _numbers(color, "rgba", 4, f"material {material.get('name')!r}")
+    return float(red), float(green), float(blue)
+
+
+def _numbers(element: ET.Element, key: str, count: int, where: str) -> Float[ndarray, " n"]:
+    text = _attribute(element, key, where)
+    try:
+        values = np.array(text.split(), dtype=np.float64)
+    except ValueError:
+        values = np.zeros(0)
+    if values.shape != (count,) or not np.all(np.isfinite(values)):
+        wanted = "one finite number" if count == 1 else f"{count} finite numbers"
+        raise ValueError(f"{where}: <{element.tag} {key}>: expected {wanted}, found {text!r}")
+    return values
+
+
+def _attribute(element: ET.Element, key: str, where: str) -> str:
+    value = element.get(key)
+    if value is None:
+        raise ValueError(f"{where}: <{element.tag}> has no attribute {key!r}")
+    return value

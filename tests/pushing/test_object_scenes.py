@@ -1,0 +1,76 @@
+"""Scenes of objects that are no boxes: hulls from convex solids, feet where the object stands."""
+
+import mujoco
+import numpy as np
+import pytest
+import shapely
+
+from mjx_inertia.objects import (
+    friction_radius,
+    from_parts,
+    load_catalogue,
+    load_mcube_objects,
+    solids,
+)
+from mjx_inertia.pushing import SceneSettings, object_parameters
+from mjx_inertia.pushing.scene import build_spec
+
+
+def compiled(obj, table):
+    return build_spec(obj, SceneSettings(table=table)).compile()
+
+
+def feet(model):
+    names = [model.geom(i).name for i in range(model.ngeom)]
+    return [name for name in names if name.startswith("foot")]
+
+
+@pytest.mark.parametrize("name", ["saucepan", "tank", "rock", "car_on_wheels", "torus"])
+def test_a_solid_becomes_its_convex_pieces(name):
+    """As many hulls as pieces; together they span the object."""
+    obj = load_catalogue(name)[name]
+    model = compiled(obj, "corners")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    hulls = [i for i in range(model.ngeom) if model.geom(i).name.startswith("hull")]
+    assert len(hulls) == len(obj.pieces)
+    points = []
+    for i in hulls:
+        mesh = model.geom_dataid[i]
+        start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        local = model.mesh_vert[start : start + count]
+        points.append(local @ data.geom_xmat[i].reshape(3, 3).T + data.geom_xpos[i])
+    points = np.concatenate(points)
+    expected = np.concatenate(obj.pieces)
+    np.testing.assert_allclose(points.min(axis=0), expected.min(axis=0), atol=1e-5)
+    np.testing.assert_allclose(points.max(axis=0), expected.max(axis=0), atol=1e-5)
+
+
+def test_a_prism_is_extruded_as_before():
+    """The hull of a flat object holds its outline at the base and at the top."""
+    obj = load_mcube_objects()["tri1"]
+    model = compiled(obj, "limit_surface")
+    assert model.nmesh == 1 and model.mesh_vertnum[0] == 2 * len(obj.outline)
+
+
+def test_pads_stand_where_the_object_does():
+    """Under a rim or wheels the grid finds nothing: then they stand at its corners."""
+    spread = solids.box((0.2, 0.2, 0.1), density=1.0)
+    assert len(feet(compiled(from_parts("box", [spread]), "pads"))) == 16
+    for name in ("tube", "car_on_wheels", "disk_with_weights"):
+        obj = load_catalogue(name)[name]
+        spec = build_spec(obj, SceneSettings(table="pads"))
+        assert len(feet(spec.compile())) >= 3
+    ring = load_catalogue("tube", parameters={"tube": {"wall": 0.03}})["tube"]
+    spec = build_spec(ring, SceneSettings(table="pads"))
+    assert 3 <= len(feet(spec.compile())) < 16
+
+
+def test_friction_radius_is_that_of_the_patches():
+    """A tube's is that of its ring: larger than the disc's two thirds of the radius."""
+    tube = load_catalogue("tube")["tube"]
+    radius = float(object_parameters(tube, friction=0.3).friction_radius)
+    assert radius == pytest.approx(friction_radius(tube.support, np.zeros(2)), rel=1e-5)
+    assert radius == pytest.approx(0.048, rel=2e-3)
+    assert radius > 1.4 * friction_radius(tube.outline, np.zeros(2))
+    assert shapely.Polygon(tube.outline).area > shapely.Polygon(tube.support[1]).area
