@@ -20,6 +20,7 @@ from mjx_inertia.dataset import (
     CubesProtocol,
     GenerateSettings,
     MeasuredSettings,
+    ShapesProtocol,
     SimulatedSettings,
 )
 from mjx_inertia.estimators import ESTIMATORS
@@ -27,7 +28,11 @@ from mjx_inertia.features import FeatureSettings
 from mjx_inertia.pushing import SceneSettings
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
-_PROTOCOLS = {"cubes": CubesProtocol(), "cubes30": Cubes30Protocol()}
+_PROTOCOLS = {
+    "cubes": CubesProtocol(),
+    "cubes30": Cubes30Protocol(),
+    "shapes": ShapesProtocol(),
+}
 
 
 @dataclass(frozen=True)

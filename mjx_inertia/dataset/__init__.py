@@ -15,6 +15,7 @@ from mjx_inertia.dataset.plan import (
     cubes_plan,
 )
 from mjx_inertia.dataset.quasistatic_files import SlowPushes, load_block, load_quasistatic
+from mjx_inertia.dataset.shapes_plan import ShapesProtocol
 from mjx_inertia.dataset.source import (
     MeasuredSettings,
     SimulatedSettings,
@@ -53,6 +54,7 @@ __all__ = [
     "PushTruth",
     "Range",
     "SensorNoise",
+    "ShapesProtocol",
     "SimulatedSettings",
     "SlowPushes",
     "Source",

@@ -22,6 +22,7 @@ from mjx_inertia.dataset.plan import (
     cubes_plan,
     take,
 )
+from mjx_inertia.dataset.shapes_plan import ShapesProtocol, shapes_plan
 from mjx_inertia.dataset.store import PushStore, create_store, write_block
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import SceneSettings, build_scene, simulate
@@ -41,7 +42,7 @@ class GenerateSettings:
     """
 
     path: Path
-    protocol: CubesProtocol | Cubes30Protocol
+    protocol: CubesProtocol | Cubes30Protocol | ShapesProtocol
     scene: SceneSettings = field(default_factory=SceneSettings)
     seed: int = 0
     block: int = 600
@@ -51,6 +52,11 @@ class GenerateSettings:
         """Raises ValueError for settings that contradict each other."""
         if self.block < 1:
             raise ValueError(f"dataset.block={self.block}: must be at least 1")
+        if isinstance(self.protocol, ShapesProtocol) and self.scene.table != "limit_surface":
+            raise ValueError(
+                f"dataset.scene.table={self.scene.table!r}: objects of many shapes share one scene "
+                "on the table 'limit_surface' only"
+            )
         radii = self.protocol.tip_radius, self.scene.tip_radius
         if radii[0] != radii[1]:
             raise ValueError(
@@ -70,6 +76,8 @@ class GenerateSettings:
         """The pushes."""
         if isinstance(self.protocol, CubesProtocol):
             return cubes_plan(self.protocol, self.seed)
+        if isinstance(self.protocol, ShapesProtocol):
+            return shapes_plan(self.protocol, self.seed, self.scene.tip_height)
         return cubes30_plan(self.protocol, self.seed)
 
 

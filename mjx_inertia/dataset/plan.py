@@ -217,7 +217,7 @@ def cubes_plan(p: CubesProtocol, seed: int) -> PushPlan:
     )
     contact = rng.uniform(*p.tip_friction, n), rng.uniform(*p.tip_time_constant, n)
     plan = _cube_plan(cube, mass, edge, friction, start, motion, contact)
-    return _by_duration(plan)
+    return by_duration(plan)
 
 
 def cubes30_plan(p: Cubes30Protocol, seed: int) -> PushPlan:
@@ -248,7 +248,7 @@ def take(plan: PushPlan, index: np.ndarray) -> PushPlan:
 
 
 def known_setup(plan: PushPlan) -> PushSetup:
-    """What the experimenter knows of planned pushes; all have the one outline of the scene."""
+    """What the experimenter knows of planned pushes: the scene's outline, or one for each push."""
     n = len(plan)
     return PushSetup(
         motion=plan.motion,
@@ -256,8 +256,10 @@ def known_setup(plan: PushPlan) -> PushSetup:
         half_extents=plan.parameters.half_extents,
         friction_radius=plan.parameters.friction_radius,
         shape=np.zeros(n, np.int32),
+        polygons=plan.parameters.polygons,
     )
 
 
-def _by_duration(plan: PushPlan) -> PushPlan:
+def by_duration(plan: PushPlan) -> PushPlan:
+    """The pushes from the shortest to the longest."""
     return take(plan, np.argsort(plan.motion.duration, kind="stable"))

@@ -88,10 +88,12 @@ def _leaves(plan: PushPlan) -> dict[str, np.ndarray]:
     return {".".join(key.name for key in path): np.asarray(leaf) for path, leaf in paths}
 
 
-def _template() -> PushPlan:
+def _template(*, polygons: bool) -> PushPlan:
     """Some plan: it has the structure that a stored one is read into."""
     one = CubesProtocol(mass=Range(1, 1, 1), friction=Range(1, 1, 1), edge=Range(0.1, 0.1, 1))
-    return cubes_plan(one, 0)
+    plan = cubes_plan(one, 0)
+    shape = np.zeros((len(plan), 1, 3, 2)) if polygons else None
+    return plan.replace(parameters=plan.parameters.replace(polygons=shape))
 
 
 def create_store(
@@ -170,7 +172,7 @@ def open_store(path: Path) -> PushStore:
             raise StoreError(
                 f"{path}: format {attributes.get('format')}, this version reads {FORMAT}"
             )
-        template = _template()
+        template = _template(polygons="plan/parameters.polygons" in group)
         leaves = [np.asarray(group[f"plan/{name}"]) for name in _leaves(template)]
         plan = jax.tree.unflatten(jax.tree.structure(template), leaves)
     except (OSError, KeyError, ValueError, RuntimeError) as error:

@@ -3,6 +3,7 @@
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
 from mjx_inertia.objects.compose import combine, re_mass, scale
 from mjx_inertia.objects.convex_pieces import area_error, convex_pieces
+from mjx_inertia.objects.convex_solids import hull_vertices, upright
 from mjx_inertia.objects.density_field import properties_of_field
 from mjx_inertia.objects.depth_camera import (
     CameraSettings,
@@ -17,6 +18,7 @@ from mjx_inertia.objects.depth_fusion import FusedSolid, FusionSettings, Triangl
 from mjx_inertia.objects.export import export_objects
 from mjx_inertia.objects.from_parts import from_parts
 from mjx_inertia.objects.import_object import import_object
+from mjx_inertia.objects.manifolds import outlines_between
 from mjx_inertia.objects.mass_properties import mass_properties, polyhedron_properties
 from mjx_inertia.objects.mcube import load_mcube_objects
 from mjx_inertia.objects.mesh_defects import Finding, MeshDefect, find_defects
@@ -77,6 +79,7 @@ __all__ = [
     "friction_radius",
     "from_parts",
     "fuse_views",
+    "hull_vertices",
     "import_object",
     "join_views",
     "load_catalogue",
@@ -84,6 +87,7 @@ __all__ = [
     "mass_properties",
     "moved",
     "on_table",
+    "outlines_between",
     "planar_integrals",
     "point_cloud",
     "polyhedron_properties",
@@ -96,6 +100,7 @@ __all__ = [
     "signed_area",
     "transformed",
     "turned",
+    "upright",
     "voxel_properties",
     "voxelize",
     "with_noise",

@@ -100,6 +100,19 @@ def lowest(solid: manifold3d.Manifold, depth: float) -> tuple[Float[ndarray, "_ 
     return tuple(rings)
 
 
+def outlines_between(
+    mesh: trimesh.Trimesh, low: float, high: float
+) -> tuple[Float[ndarray, "_ 2"], ...]:
+    """Outer rings, counter-clockwise, of what lies between two heights (m), seen along z.
+
+    Empty where nothing does.
+    """
+    slab = to_manifold(mesh).trim_by_plane((0.0, 0.0, 1.0), low)
+    slab = slab.trim_by_plane((0.0, 0.0, -1.0), -high)
+    parts = shapely.get_parts(covered(slab)) if not slab.is_empty() else ()
+    return tuple(np.asarray(shapely.orient_polygons(p).exterior.coords)[:-1] for p in parts)
+
+
 def section(solid: manifold3d.Manifold) -> shapely.geometry.base.BaseGeometry:
     """Where a solid meets the half plane y = 0, x > 0: polygons in x and z, m."""
     upended = solid.rotate((-90.0, 0.0, 0.0))  # z becomes y

@@ -51,7 +51,7 @@ class RandomShapes:
     length: Interval = (0.1, 0.3)
     aspect: Interval = (0.35, 1.0)
     height: Interval = (0.02, 0.15)
-    mass: Interval = (0.3, 5.0)
+    mass: Interval = (0.1, 5.0)
     two_materials: float = 0.5
     density_ratio: Interval = (1.5, 5.0)
     friction: Interval = (0.2, 0.6)

@@ -9,6 +9,7 @@ from mjx_inertia.pushing.parameters import (
     resting_height,
     with_parameters,
 )
+from mjx_inertia.pushing.plan_view import first_contact, plan_polygons, stack_polygons
 from mjx_inertia.pushing.record import PushRecord, PushStatus
 from mjx_inertia.pushing.scene import Scene, build_scene, build_spec
 from mjx_inertia.pushing.settings import SceneSettings
@@ -28,10 +29,13 @@ __all__ = [
     "build_scene",
     "build_spec",
     "differentiable_step",
+    "first_contact",
     "measured_motion",
     "object_parameters",
+    "plan_polygons",
     "recompile",
     "resting_height",
     "simulate",
+    "stack_polygons",
     "with_parameters",
 ]

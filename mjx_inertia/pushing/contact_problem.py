@@ -17,9 +17,9 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.small_linalg import Vector, dot, matvec
+from mjx_inertia.spatial.computed_once import computed_once
 
 TINY = 1e-15  # below this squared slip the direction of friction is undefined
 

@@ -11,11 +11,11 @@ import jax.numpy as jnp
 import mujoco
 from jaxtyping import Array, Float
 
-from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import Constraints
 from mjx_inertia.pushing.settings import IMPRATIO
 from mjx_inertia.pushing.small_linalg import Vector
 from mjx_inertia.spatial import AnyArray
+from mjx_inertia.spatial.computed_once import computed_once
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import (
     TINY,
     Constraints,
@@ -36,6 +35,7 @@ from mjx_inertia.pushing.contact_problem import (
 )
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.small_linalg import Vector, cholesky_solve, dot, matvec
+from mjx_inertia.spatial.computed_once import computed_once
 
 # Newton's method squares this error in its last step. A looser one in float64 would leave more
 # noise in the values than finite differences and the steps of an identification can bear.

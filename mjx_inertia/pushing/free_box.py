@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import Constraints, ContactProblem
 from mjx_inertia.pushing.contact_rows import contact_rows
 from mjx_inertia.pushing.nearest import nearest_on_box
@@ -18,6 +17,7 @@ from mjx_inertia.pushing.planar_prism import floor_law, tip_law
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.settings import GRAVITY
 from mjx_inertia.pushing.small_linalg import Matrix, Vector, dot, matvec
+from mjx_inertia.spatial.computed_once import computed_once
 
 
 def _cross(a: Vector, b: Vector) -> list[Array]:

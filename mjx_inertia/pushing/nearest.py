@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjx_inertia.objects import ObjectModel
 from mjx_inertia.pushing.small_linalg import dot
+from mjx_inertia.spatial import AnyArray
 
 
 def nearest_on_box(point: Sequence[Array], half: Sequence[Array]) -> tuple[Array, list[Array]]:
@@ -40,7 +40,7 @@ def nearest_on_box(point: Sequence[Array], half: Sequence[Array]) -> tuple[Array
 
 
 def nearest_on_polygons(
-    point: tuple[Array, Array], polygons: Float[np.ndarray, "m k 2"]
+    point: tuple[Array, Array], polygons: Float[AnyArray, "m k 2"]
 ) -> tuple[Float[Array, " m"], list[Array]]:
     """Signed distances of a point from convex polygons and their inward normals nearest to it.
 
@@ -51,10 +51,11 @@ def nearest_on_polygons(
     Returns:
       Distances (m, negative inside) and the two components of the normals.
     """
-    start, edge = polygons, np.roll(polygons, -1, axis=1) - polygons
-    length = np.hypot(edge[..., 0], edge[..., 1])
+    xp = np if isinstance(polygons, np.ndarray) else jnp  # what is known is not computed again
+    start, edge = polygons, xp.roll(polygons, -1, axis=1) - polygons
+    length = xp.hypot(edge[..., 0], edge[..., 1])
     real = length > 0
-    along_x, along_y = (edge[..., i] / np.where(real, length, 1.0) for i in (0, 1))
+    along_x, along_y = (edge[..., i] / xp.where(real, length, 1.0) for i in (0, 1))
     x, y = point[0] - start[..., 0], point[1] - start[..., 1]
     beyond = jnp.where(real, along_y * x - along_x * y, -jnp.inf)
     deepest = beyond.max(1, keepdims=True)
@@ -72,26 +73,3 @@ def nearest_on_polygons(
     normal_x = jnp.where(outside, -at(closest, gap_x) / radius, -at(facing, along_y))
     normal_y = jnp.where(outside, -at(closest, gap_y) / radius, at(facing, along_x))
     return jnp.where(outside, radius, deepest[:, 0]), [normal_x, normal_y]
-
-
-def upright_polygons(obj: ObjectModel) -> Float[np.ndarray, "m k 2"] | None:
-    """Plans of the object's collision pieces, counter-clockwise, padded with their last vertex.
-
-    None where a piece is not an upright prism from the table to the object's height.
-    """
-    plans = []
-    for piece in obj.pieces:
-        base, top = (piece[np.isclose(piece[:, 2], z)] for z in (0.0, obj.height))
-        if len(base) + len(top) != len(piece) or len(base) != len(top):
-            return None
-        middle = base[:, :2].mean(0)
-
-        def ring(vertices: np.ndarray, middle: np.ndarray = middle) -> np.ndarray:
-            flat = vertices[:, :2]
-            return flat[np.argsort(np.arctan2(*(flat - middle).T[::-1]))]
-
-        if not np.allclose(ring(base), ring(top)):
-            return None
-        plans.append(ring(base))
-    most = max(len(plan) for plan in plans)
-    return np.stack([np.pad(p, ((0, most - len(p)), (0, 0)), mode="edge") for p in plans])

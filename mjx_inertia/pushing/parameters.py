@@ -31,6 +31,8 @@ class PushParameters:
       friction_radius: c of the limit surface, m (errata 5); table `limit_surface` only.
       tip_friction: between tip and object.
       tip_time_constant: of their contact (`solref`), s; at least two simulation steps.
+      polygons: what the tip meets of this object if it is not that of the scene, m (`plan_view`);
+        tables on which objects stay upright only.
     """
 
     mass: Float[AnyArray, "*n"]
@@ -41,6 +43,7 @@ class PushParameters:
     friction_radius: Float[AnyArray, "*n"]
     tip_friction: Float[AnyArray, "*n"]
     tip_time_constant: Float[AnyArray, "*n"]
+    polygons: Float[AnyArray, "*n m k 2"] | None = None
 
 
 def object_parameters(

@@ -1,4 +1,4 @@
-"""An upright prism that slides on the table, met by the tip: dynamics and contacts in closed form.
+"""An object that slides upright on the table, met by the tip: dynamics and contacts in closed form.
 
 The step of the same scene in MJX (tested to rounding), at a tenth of its operations: MJX's general
 tree and collision code is most of what a batch of small scenes costs, above all with derivatives.
@@ -8,7 +8,6 @@ In: parameters, state. Out: the contact problem over x, y, z and yaw.
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import Constraints, ContactProblem
 from mjx_inertia.pushing.contact_rows import ContactLaw, contact_rows
 from mjx_inertia.pushing.nearest import nearest_on_box, nearest_on_polygons
@@ -22,6 +21,7 @@ from mjx_inertia.pushing.settings import (
     TIP_SOLREF_FRICTION,
 )
 from mjx_inertia.pushing.small_linalg import Vector, dot
+from mjx_inertia.spatial.computed_once import computed_once
 
 
 def tip_law(scene: Scene, p: PushParameters) -> ContactLaw:
@@ -44,13 +44,14 @@ def _nearest(
     scene: Scene, p: PushParameters, x: Array, y: Array
 ) -> tuple[Float[Array, " c"], list[Array]]:
     """Distance of the tip's centre from each piece of the object, and the inward normals there."""
-    if scene.object_model.is_box:
+    if p.polygons is None and scene.object_model.is_box:
         center = scene.object_model.center
         sides = (p.half_extents[0], p.half_extents[1])
         distance, normal = nearest_on_box((x - center[0], y - center[1]), sides)
         return distance[None], [n[None] for n in normal]
-    assert scene.polygons is not None
-    return nearest_on_polygons((x, y), scene.polygons)
+    polygons = scene.polygons if p.polygons is None else p.polygons
+    assert polygons is not None  # a planar scene of an object that is no box
+    return nearest_on_polygons((x, y), polygons)
 
 
 def _tip_contact(

@@ -10,7 +10,6 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.pushing import contact_solver
-from mjx_inertia.pushing.computed_once import computed_once
 from mjx_inertia.pushing.contact_problem import cone, slip
 from mjx_inertia.pushing.free_box import free_problem, integrate_rotation
 from mjx_inertia.pushing.motion import Motion
@@ -19,6 +18,7 @@ from mjx_inertia.pushing.planar_prism import planar_problem
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.small_linalg import dot
+from mjx_inertia.spatial.computed_once import computed_once
 
 
 @struct.dataclass

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from shapely import Point, Polygon, union_all
 
-from mjx_inertia.objects import ObjectModel, signed_area
-from mjx_inertia.pushing.nearest import upright_polygons
+from mjx_inertia.objects import ObjectModel, hull_vertices, signed_area, upright
+from mjx_inertia.pushing.plan_view import plan_polygons
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.settings import (
     FLOOR_SOLIMP,
@@ -28,6 +28,8 @@ from mjx_inertia.pushing.settings import (
 # part of its pipeline: compile with a CoM beside the origin.
 _COMPILED_COM = (0.003, 0.002)
 _FOOT_RADIUS = 0.005
+_TILTS = 0.01  # m, by which what the tip meets may rise or sink on the table `corners`
+_FEW = 16  # pieces; of more, the tip meets the upright prisms on their plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,7 @@ class Scene:
         centre of the footprint (`pads`), else zeros.
       tip_pairs, floor_pairs: contact pair ids.
       planar: the object moves in the plane of the table (and up and down), else freely.
-      polygons: plans of the pieces of an object that is not a box but made of upright prisms.
+      polygons: what the tip meets of an object that is no box, seen from above (`planar` only).
     """
 
     object_model: ObjectModel
@@ -68,7 +70,7 @@ class Scene:
     @property
     def is_known(self) -> bool:
         """Whether the contacts of this scene are known in closed form, without MJX."""
-        return self.object_model.is_box or (self.planar and self.polygons is not None)
+        return self.planar or self.object_model.is_box
 
     @property
     def tip_dofs(self) -> tuple[int, int]:
@@ -120,12 +122,32 @@ def _add_object(spec: mujoco.MjSpec, obj: ObjectModel, settings: SceneSettings) 
         box = mujoco.mjtGeom.mjGEOM_BOX
         body.add_geom(name="hull0", type=box, size=obj.half_extents, pos=obj.center, **off)
         return ["hull0"]
-    names = []
-    for i, piece in enumerate(obj.pieces):
-        spec.add_mesh(name=f"piece{i}", uservert=piece.reshape(-1))
-        body.add_geom(name=f"hull{i}", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"piece{i}", **off)
-        names.append(f"hull{i}")
-    return names
+    hulls = {f"hull{i}": piece for i, piece in enumerate(_tip_pieces(obj, settings))}
+    if settings.table == "corners" and len(obj.pieces) > 1:
+        # a plane meets a body where it meets the body's convex hull
+        hulls["base"] = hull_vertices(np.concatenate(obj.pieces))
+    for name, vertices in hulls.items():
+        spec.add_mesh(name=name, uservert=vertices.reshape(-1))
+        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **off)
+    return list(hulls)
+
+
+def _tip_pieces(obj: ObjectModel, settings: SceneSettings) -> list[np.ndarray]:
+    """Convex bodies, as vertices, that the tip can touch."""
+    height, radius = _tip_height(obj, settings), settings.tip_radius
+    low, high = 0.0, obj.height
+    if settings.table == "corners":
+        low, high = height - radius - _TILTS, height + radius + _TILTS
+        near = [p for p in obj.pieces if p[:, 2].min() < high and p[:, 2].max() > low]
+        if 0 < len(near) <= _FEW:
+            return near
+        low, high = max(low, 0.0), min(high, obj.height)
+    return [upright(plan, high - low, low) for plan in plan_polygons(obj, height, radius)]
+
+
+def _tip_height(obj: ObjectModel, settings: SceneSettings) -> float:
+    """Of its middle above the table, m."""
+    return min(settings.tip_height, obj.height / 2)
 
 
 def _add_tip(spec: mujoco.MjSpec, settings: SceneSettings, height: float) -> None:
@@ -163,7 +185,7 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
         conaffinity=0,
     )
     hull = _add_object(spec, obj, settings)
-    _add_tip(spec, settings, min(settings.tip_height, obj.height / 2))
+    _add_tip(spec, settings, _tip_height(obj, settings))
     body = spec.body("object")
     feet = []
     for i, _ in enumerate(_feet_fraction(obj, settings)):
@@ -177,7 +199,7 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
         )
         feet.append(f"foot{i}")
     condim = 4 if settings.table == "limit_surface" else 3
-    for i, name in enumerate(hull):
+    for i, name in enumerate(name for name in hull if name != "base"):
         spec.add_pair(
             name=f"tip{i}",
             geomname1="tip",
@@ -187,7 +209,7 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
             solreffriction=TIP_SOLREF_FRICTION,
             solimp=TIP_SOLIMP,
         )
-    for i, name in enumerate(feet or hull):
+    for i, name in enumerate(feet or hull[-1:]):
         spec.add_pair(
             name=f"floor{i}",
             geomname1="floor",
@@ -199,6 +221,12 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
     return spec
 
 
+def _polygons(obj: ObjectModel, settings: SceneSettings) -> np.ndarray | None:
+    if obj.is_box or settings.table == "corners":
+        return None
+    return plan_polygons(obj, _tip_height(obj, settings), settings.tip_radius)
+
+
 def _starting(names: list[str], prefix: str) -> np.ndarray:
     return np.array([i for i, name in enumerate(names) if name.startswith(prefix)], int)
 
@@ -208,7 +236,9 @@ def build_scene(obj: ObjectModel, settings: SceneSettings | None = None) -> Scen
 
     Args:
       obj: the object; a rectangle centred on its origin becomes a box whose size may differ from
-        push to push, any other outline one mesh for each of its convex pieces.
+        push to push. Of any other the tip meets, on the tables on which it stays upright, the
+        upright prisms of `plan_polygons`; on `corners` its convex pieces at the height of the tip,
+        or such prisms where they are many, while the table meets its convex hull.
       settings: the table, the tip and the step.
     """
     settings = settings or SceneSettings()
@@ -231,5 +261,5 @@ def build_scene(obj: ObjectModel, settings: SceneSettings | None = None) -> Scen
         tip_pairs=_starting(pairs, "tip"),
         floor_pairs=_starting(pairs, "floor"),
         planar=settings.table != "corners",
-        polygons=None if obj.is_box else upright_polygons(obj),
+        polygons=_polygons(obj, settings),
     )

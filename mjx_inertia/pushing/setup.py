@@ -22,6 +22,7 @@ class PushSetup:
       half_extents: of the object's bounding box, m: what a camera sees of it.
       friction_radius: c of the limit surface that the outline has under uniform pressure, m.
       shape: which of the known outlines the object has.
+      polygons: what the tip meets of the object if it is not that outline, m (`plan_view`).
     """
 
     motion: Motion
@@ -29,6 +30,7 @@ class PushSetup:
     half_extents: Float[AnyArray, "*n 3"]
     friction_radius: Float[AnyArray, "*n"]
     shape: Int[AnyArray, "*n"]
+    polygons: Float[AnyArray, "*n m k 2"] | None = None
 
 
 def measured_motion(record: PushRecord) -> SampledMotion:

@@ -28,6 +28,7 @@ from mjx_inertia.spatial.planar import (
     to_planar,
 )
 from mjx_inertia.spatial.plane import planar_cross, planar_rotate
+from mjx_inertia.spatial.pose import Pose
 from mjx_inertia.spatial.principal import PrincipalInertia, from_principal, to_principal
 from mjx_inertia.spatial.representations import (
     TEN_VECTOR_NAMES,
@@ -48,6 +49,7 @@ __all__ = [
     "Consistency",
     "InertialParameters",
     "PlanarInertia",
+    "Pose",
     "PrincipalInertia",
     "change_frame",
     "change_frame_planar",

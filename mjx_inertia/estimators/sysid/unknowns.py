@@ -117,6 +117,7 @@ def to_parameters(
         friction_radius=setup.friction_radius * v["friction_radius"],
         tip_friction=v["tip_friction"],
         tip_time_constant=v["tip_time_constant"],
+        polygons=setup.polygons,
     )
     instrument = Instrument(
         probe_mass=v["probe_mass"],
