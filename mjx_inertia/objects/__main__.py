@@ -7,6 +7,7 @@ and MJCF.
 import argparse
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from mjx_inertia import runtime
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
@@ -36,11 +37,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    which = argparse.ArgumentParser(add_help=False)
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def _parser() -> _Parser:
+    which = _Parser(add_help=False)
     which.add_argument("--names", nargs="+", default=[], help="these objects only")
     which.add_argument("--category", nargs="+", default=[], help=f"of {', '.join(CATEGORIES)}")
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="python -m mjx_inertia.objects",
         description="Objects with meshes and true inertial parameters.",
         parents=[which],

@@ -57,11 +57,28 @@ def gallery(
         raise ValueError("objects: there are none to draw")
     if not os.access(file.parent, os.W_OK):  # known before the drawing, which takes its time
         raise OSError(f"{file}: expected a folder to write into, found none at {file.parent}")
-    shown = [
-        (summarize(obj), portrait(obj))
-        for obj in tqdm(objects.values(), disable=not progress, unit="object")
-    ]
+    shown = _shown(objects, progress)
     write_whole(file, _png(shown, columns) if file.suffix == ".png" else _html(shown))
+
+
+def sheet(objects: Mapping[str, ObjectModel], *, columns: int = 8) -> Figure:
+    """All objects in one figure, category by category.
+
+    Args:
+      objects: by name.
+      columns: pictures side by side.
+
+    Raises:
+      ValueError: no objects.
+    """
+    if not objects:
+        raise ValueError("objects: there are none to draw")
+    return _figure(_shown(objects, progress=False), columns)
+
+
+def _shown(objects: Mapping[str, ObjectModel], progress: bool) -> list[tuple[Summary, Picture]]:
+    bar = tqdm(objects.values(), disable=not progress, unit="object")
+    return [(summarize(obj), portrait(obj)) for obj in bar]
 
 
 def portrait(obj: ObjectModel, size: int = _CELL) -> Picture:
@@ -81,6 +98,12 @@ def _axis_ends(figures: Summary, picture: Picture) -> np.ndarray:
 
 
 def _png(shown: Sequence[tuple[Summary, Picture]], columns: int) -> bytes:
+    buffer = io.BytesIO()
+    FigureCanvasAgg(_figure(shown, columns)).print_png(buffer)
+    return buffer.getvalue()
+
+
+def _figure(shown: Sequence[tuple[Summary, Picture]], columns: int) -> Figure:
     groups = _by_category(shown)
     columns = min(columns, max(4, *(len(group) for _, group in groups)))
     rows = sum(-(-len(group) // columns) for _, group in groups)
@@ -107,9 +130,7 @@ def _png(shown: Sequence[tuple[Summary, Picture]], columns: int) -> bytes:
                 color=_SOFT,
             )  # fmt: skip
         top += -(-len(group) // columns) * (_CELL + _TEXT)
-    buffer = io.BytesIO()
-    FigureCanvasAgg(figure).print_png(buffer)
-    return buffer.getvalue()
+    return figure
 
 
 def _cell(axes: Axes, figures: Summary, picture: Picture) -> None:

@@ -11,7 +11,6 @@ import manifold3d
 import numpy as np
 import trimesh
 
-from mjx_inertia.objects.manifolds import from_manifold
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Color
 
@@ -69,10 +68,10 @@ def mesh_files(obj: ObjectModel) -> MeshFiles:
     for i, piece in enumerate(obj.pieces):
         if not np.all(np.isfinite(piece)):
             raise ValueError(f"{obj.name}: piece {i} has vertices that are not finite")
-        hull = manifold3d.Manifold.hull_points(piece)
-        if hull.volume() > _FLAT * obj.mesh.volume:
+        if manifold3d.Manifold.hull_points(piece).volume() > _FLAT * obj.mesh.volume:
+            hull = trimesh.convex.convex_hull(piece)  # manifold3d's faces may be dented by 1 %
             collisions.append(f"piece_{len(collisions)}.obj")
-            content[collisions[-1]] = _wavefront(obj.name, f"piece {i}", from_manifold(hull))
+            content[collisions[-1]] = _wavefront(obj.name, f"piece {i}", hull)
     if not collisions:
         raise ValueError(f"{obj.name}: none of its {len(obj.pieces)} pieces has volume")
     return MeshFiles(tuple(visuals), tuple(collisions), content)

@@ -17,7 +17,7 @@ _SMOOTH_DEG = 32.0  # faces that meet at less are one curved surface
 _LIGHT = np.array([-0.45, 0.55, 0.70])  # right, up, towards the viewer
 _FILL_LIGHT = np.array([0.8, 0.1, 0.6])
 _SUN = np.array([-0.24, 0.16, 1.0])  # in the object frame, turned with the view: casts the shadow
-_CHUNK = 2_000_000  # candidate pixels at a time
+_CHUNK = 100_000  # candidate pixels at a time: few enough for the cache
 
 
 @dataclasses.dataclass(frozen=True)
