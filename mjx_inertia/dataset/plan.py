@@ -23,7 +23,10 @@ SQUARE_FRICTION_RADIUS = 0.38259786
 
 @struct.dataclass
 class PushPlan:
-    """Everything that decides a set of pushes, with one leading axis, ordered by duration."""
+    """Everything that decides a set of pushes, with one leading axis, ordered by duration.
+
+    `outline_radius` is c (m) as the outline alone gives it, where the simulated one is another.
+    """
 
     parameters: PushParameters
     motion: StraightMotion
@@ -31,6 +34,7 @@ class PushPlan:
     contact_normal: Float[AnyArray, "n 2"]
     truth: PushTruth
     conditions: PushConditions
+    outline_radius: Float[AnyArray, " n"] | None = None
 
     def __len__(self) -> int:
         """Number of pushes."""
@@ -254,7 +258,9 @@ def known_setup(plan: PushPlan) -> PushSetup:
         motion=plan.motion,
         pose=np.zeros((n, 3)),
         half_extents=plan.parameters.half_extents,
-        friction_radius=plan.parameters.friction_radius,
+        friction_radius=known
+        if (known := plan.outline_radius) is not None
+        else plan.parameters.friction_radius,
         shape=np.zeros(n, np.int32),
         polygons=plan.parameters.polygons,
     )

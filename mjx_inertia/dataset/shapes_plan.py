@@ -121,8 +121,7 @@ def _object_plan(
     arm = np.stack([(to_com * normal).sum(1), (to_com * left).sum(1)], 1)
     speed = rng.permutation(np.resize(p.speeds, n))
     ramp = speed / p.acceleration if p.acceleration else np.zeros(n)
-    # under uniform pressure, about the centroid: what the outline says without the CoM
-    radius = float(friction_radius(obj.support, center))
+    radius = float(friction_radius(obj.support, np.asarray(obj.inertial.com)[:2]))
     mass = float(obj.inertial.mass)
     return PushPlan(
         parameters=PushParameters(
@@ -153,6 +152,8 @@ def _object_plan(
             contact_offset=offset,
             angle=np.arctan2((direction * left).sum(1), (direction * normal).sum(1)),
         ),
+        # what is known without the CoM and without a look at the underside
+        outline_radius=np.full(n, float(friction_radius(obj.outline, center))),
     )
 
 

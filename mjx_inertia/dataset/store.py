@@ -92,8 +92,10 @@ def _template(*, polygons: bool) -> PushPlan:
     """Some plan: it has the structure that a stored one is read into."""
     one = CubesProtocol(mass=Range(1, 1, 1), friction=Range(1, 1, 1), edge=Range(0.1, 0.1, 1))
     plan = cubes_plan(one, 0)
-    shape = np.zeros((len(plan), 1, 3, 2)) if polygons else None
-    return plan.replace(parameters=plan.parameters.replace(polygons=shape))
+    if not polygons:
+        return plan
+    shaped = plan.parameters.replace(polygons=np.zeros((len(plan), 1, 3, 2)))
+    return plan.replace(parameters=shaped, outline_radius=np.zeros(len(plan)))
 
 
 def create_store(

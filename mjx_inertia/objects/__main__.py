@@ -15,12 +15,17 @@ from mjx_inertia.objects.export import FORMATS, export_objects
 from mjx_inertia.objects.gallery import gallery
 from mjx_inertia.objects.listing import table
 
+_COMMANDS = ("list", "gallery", "export")
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit status."""
     given = _parser().parse_args(arguments)
     runtime.configure(devices=1, float64=True)
     try:
+        for option, values in (("--names", given.names), ("--category", given.category)):
+            if commands := [value for value in values if value in _COMMANDS]:
+                raise ValueError(f"{commands[0]!r} is a command; put {option} after the command")
         objects = load_catalogue(given.names or None, category=given.category or None)
         if given.command == "gallery":
             gallery(objects, given.file)
@@ -45,13 +50,11 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> _Parser:
-    which = _Parser(add_help=False)
-    which.add_argument("--names", nargs="+", default=[], help="these objects only")
-    which.add_argument("--category", nargs="+", default=[], help=f"of {', '.join(CATEGORIES)}")
+    which = _which(argparse.SUPPRESS)  # a default here would replace what stands before the command
     parser = _Parser(
         prog="python -m mjx_inertia.objects",
         description="Objects with meshes and true inertial parameters.",
-        parents=[which],
+        parents=[_which([])],
     )
     parser.set_defaults(command="list")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
@@ -66,6 +69,14 @@ def _parser() -> _Parser:
         "--format", nargs="+", default=FORMATS, choices=FORMATS, help="both if not given"
     )
     return parser
+
+
+def _which(default: object) -> _Parser:
+    """The options that choose objects."""
+    which = _Parser(add_help=False)
+    which.add_argument("--names", nargs="+", default=default, help="these objects only")
+    which.add_argument("--category", nargs="+", default=default, help=f"of {', '.join(CATEGORIES)}")
+    return which
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from numpy import ndarray
 
 from mjx_inertia.objects.from_parts import SUPPORT_DEPTH, joined
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, union
+from mjx_inertia.objects.mass_properties import is_positive
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Part, transformed
 from mjx_inertia.spatial import (
@@ -35,8 +36,8 @@ def re_mass(obj: ObjectModel, mass: float) -> ObjectModel:
     Raises:
       ValueError: a mass that is not positive.
     """
-    if not (np.isfinite(mass) and mass > 0.0):
-        raise ValueError(f"{obj.name}: mass {mass} kg is not positive")
+    if not is_positive(mass):
+        raise ValueError(f"{obj.name}: mass {mass!r} kg is not positive")
     factor = mass / float(obj.inertial.mass)
     inertial = obj.inertial
     return dataclasses.replace(
@@ -66,7 +67,10 @@ def scale(
     Raises:
       ValueError: a factor or a mass that is not positive.
     """
-    stretch = np.broadcast_to(np.asarray(factor, dtype=np.float64), (3,))
+    given = np.asarray(factor)
+    if given.shape not in ((), (3,)) or given.dtype.kind not in "iuf":
+        raise ValueError(f"{obj.name}: factor {factor!r} is not one number or three")
+    stretch = np.broadcast_to(given.astype(np.float64), (3,))
     if not np.all(np.isfinite(stretch) & (stretch > 0.0)):
         raise ValueError(f"{obj.name}: factor {factor} is not positive")
     with jax.enable_x64(True):
@@ -97,17 +101,18 @@ def combine(
     """Several objects joined rigidly into one, of non-uniform mass.
 
     Args:
-      objects: which may touch but not overlap.
+      objects: which touch, or stand one above the other, and do not overlap.
       poses: T_new_object of each. The whole is then put down: moved along z so that its lowest
         point is at z = 0. Whether it stands there by itself, its `stability` says.
       name: of the new object.
 
     Raises:
-      ValueError: not as many poses as objects, none at all, or objects that overlap.
+      ValueError: not as many poses as objects, none at all, a pose that is not finite, objects that
+        overlap, or that lie apart as seen from above.
     """
     if len(objects) == 0 or len(objects) != len(poses):
         raise ValueError(f"{name}: {len(objects)} objects with {len(poses)} poses")
-    matrices = [_rigid(pose) for pose in poses]
+    matrices = [_rigid(name, i, pose) for i, pose in enumerate(poses)]
     meshes = [_placed(obj.mesh, T) for obj, T in zip(objects, matrices, strict=True)]
     low = min(float(mesh.bounds[0, 2]) for mesh in meshes)
     for T in matrices:
@@ -123,7 +128,7 @@ def combine(
     heaviest = max(objects, key=lambda obj: float(obj.inertial.mass))
     return ObjectModel(
         name=name,
-        outline=silhouette(whole),
+        outline=silhouette(whole, name),
         height=whole.bounding_box()[5],
         inertial=joined(bodies),
         pieces=tuple(
@@ -144,11 +149,15 @@ def combine(
     )
 
 
-def _rigid(pose: jaxlie.SE3) -> Float[ndarray, "4 4"]:
+def _rigid(name: str, i: int, pose: jaxlie.SE3) -> Float[ndarray, "4 4"]:
     """In double precision, exactly orthonormal whatever the precision of the pose."""
+    if not isinstance(pose, jaxlie.SE3):
+        raise ValueError(f"{name}: pose {i} is a {type(pose).__name__}, expected a jaxlie.SE3")
     numbers = np.asarray(pose.wxyz_xyz, np.float64)
     if numbers.shape != (7,):
         raise ValueError(f"poses: one has leading axes, {numbers.shape[:-1]}; give one per object")
+    if not np.all(np.isfinite(numbers)):
+        raise ValueError(f"{name}: pose {i} is not finite (wxyz, xyz = {numbers.tolist()})")
     matrix = trimesh.transformations.quaternion_matrix(numbers[:4])
     matrix[:3, 3] = numbers[4:]
     return matrix

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Integer
 from numpy import ndarray
 
-from mjx_inertia.objects.mass_properties import checked_solid, middle_of
+from mjx_inertia.objects.mass_properties import checked_solid, middle_of, nowhere_negative
 from mjx_inertia.spatial import (
     AnyArray,
     InertialParameters,
@@ -35,7 +35,8 @@ def properties_of_field(
     convex reach outside; for a density that jumps use parts or voxels.
 
     Differentiable in the vertices and in whatever `density` closes over. Checks as
-    `mass_properties`; a total mass that is not positive gives NaN in every field.
+    `mass_properties`; a total mass that is not positive, or a density that is negative at any point
+    where it is asked for (also those outside a solid that is not convex), gives NaN in every field.
 
     Args:
       vertices: (v, 3), m.
@@ -58,7 +59,7 @@ def properties_of_field(
     values = jax.vmap(jax.vmap(density))(local + middle)
     masses = six_volumes[:, None] * jnp.asarray(weights) * values
     total = jnp.sum(masses)
-    mass = jnp.where(total > 0.0, total, jnp.nan)
+    mass = jnp.where((total > 0.0) & nowhere_negative(values), total, jnp.nan)
     com = jnp.einsum("fn,fni->i", masses, local, precision="highest") / mass
     offset = local - com
     second = jnp.einsum("fn,fni,fnj->ij", masses, offset, offset, precision="highest")

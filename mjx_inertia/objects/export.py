@@ -45,14 +45,16 @@ def export_objects(
       The files that describe the objects, in order.
 
     Raises:
-      ValueError: no objects, an unknown format, a name that no folder should have, or an object
-        whose meshes are not finite.
+      ValueError: no objects or no mapping, an unknown format, a name that no folder should have, or
+        an object whose meshes are not finite.
       OSError: the folder cannot be made or written into.
     """
     chosen = [formats] if isinstance(formats, str) else list(formats)
     for one in chosen:
         if one not in FORMATS:
             raise ValueError(f"formats: unknown format {one!r}; choose from {list(FORMATS)}")
+    if not isinstance(objects, Mapping):
+        raise ValueError(f"objects: {type(objects).__name__}; give a mapping from name to object")
     if not objects:
         raise ValueError("objects: there are none to export")
     for name in objects:

@@ -68,18 +68,24 @@ class FileBody:
     source: str = ""
 
 
-def read_mesh(path: Path) -> trimesh.Trimesh:
-    """The triangles of a mesh file, in its own unit; corners at one place are made one.
+def read_mesh(path: Path, unit: float | None = None) -> trimesh.Trimesh:
+    """The triangles of a mesh file, m; corners at one place are made one.
+
+    Args:
+      path: of the file.
+      unit: m, of its coordinates; that which the file states if None, and 1 where it states none.
 
     Raises:
       FileNotFoundError: there is no such file.
-      ValueError: it is no mesh that `trimesh` reads, or an empty one.
+      ValueError: it is no mesh that `trimesh` reads, an empty one, or one in a unit that is not
+        known.
     """
     if not path.is_file():
         found = "a folder" if path.is_dir() else "nothing"
         raise FileNotFoundError(f"{path}: expected a mesh file, found {found}")
     try:
-        mesh = trimesh.load_mesh(path, process=False)
+        scene = trimesh.load_scene(path, process=False)
+        mesh = scene.to_mesh()
     except Exception as error:  # readers of a dozen formats raise whatever they meet
         reason = f"{type(error).__name__}: {error}"
         raise ValueError(
@@ -89,7 +95,18 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
         raise ValueError(f"{path}: expected a mesh of triangles, found {len(mesh.vertices)} points")
     if not mesh.is_watertight:  # a soup of triangles, or corners split by their normals
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    if unit is None:
+        unit = _stated_unit(path, scene.units)
+    return trimesh.Trimesh(mesh.vertices * unit, mesh.faces, process=False)
+
+
+def _stated_unit(path: Path, name: str | None) -> float:
+    try:
+        return 1.0 if name is None else trimesh.units.unit_conversion(name, "meters")
+    except (KeyError, ValueError):
+        raise ValueError(
+            f"{path}: expected a unit of length, found {name!r}; give `unit` (m)"
+        ) from None
 
 
 def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:

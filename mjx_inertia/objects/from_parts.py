@@ -15,7 +15,7 @@ from numpy import ndarray
 
 from mjx_inertia.objects.decomposition import object_pieces
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, union
-from mjx_inertia.objects.mass_properties import mass_properties
+from mjx_inertia.objects.mass_properties import is_positive, mass_properties
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Color, Part
 from mjx_inertia.spatial import InertialParameters, combine
@@ -51,13 +51,13 @@ def from_parts(
       source: where the figures come from.
 
     Raises:
-      ValueError: which part is no solid or has no density, parts that overlap, an object that
-        does not stand on z = 0, or a mass that is not positive.
+      ValueError: which part is no solid or has no density, parts that overlap or lie apart as seen
+        from above, an object that does not stand on z = 0, or a mass that is not positive.
     """
     if not parts:
         raise ValueError(f"{name}: no parts")
-    if mass is not None and not (np.isfinite(mass) and mass > 0.0):
-        raise ValueError(f"{name}: mass {mass} kg is not positive")
+    if mass is not None and not is_positive(mass):
+        raise ValueError(f"{name}: mass {mass!r} kg is not positive")
     bodies = [_part_inertial(name, i, part) for i, part in enumerate(parts)]
     factor = 1.0 if mass is None else mass / sum(float(body.mass) for body in bodies)
     whole = union(part.mesh for part in parts)
@@ -69,7 +69,7 @@ def from_parts(
         )
     return ObjectModel(
         name=name,
-        outline=silhouette(whole),
+        outline=silhouette(whole, name),
         height=high,
         inertial=joined(bodies, factor),
         pieces=object_pieces(parts, whole),

@@ -21,7 +21,7 @@ from mjx_inertia.objects.decomposition import object_pieces
 from mjx_inertia.objects.file_body import FileBody, FileShape, joined_exactly, placed, read_mesh
 from mjx_inertia.objects.from_parts import SUPPORT_DEPTH, main_color
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, to_manifold, union
-from mjx_inertia.objects.mass_properties import known_solid_properties
+from mjx_inertia.objects.mass_properties import is_positive, known_solid_properties
 from mjx_inertia.objects.mesh_defects import checked_mesh
 from mjx_inertia.objects.mesh_repair import repair_mesh
 from mjx_inertia.objects.mjcf_reader import read_mjcf
@@ -37,6 +37,7 @@ _ON_TABLE = 1e-6  # m: a body that close to z = 0 stays where it is
 _CONVEX = 1e-4  # of the volume that a hull may add
 _OVERLAP = 1e-4  # of the volume that parts may share
 _AGREE = 1e-6  # relative: parts whose densities give the stated parameters
+_MISFIT = 1e-3  # of the size: how far stated parameters may leave the shape without a warning
 _DEFAULT_FRICTION = 0.4
 _GREY = (0.6, 0.6, 0.6)
 
@@ -48,7 +49,7 @@ def import_object(
     mass: float | None = None,
     shape: Shape = "visual",
     repair: bool = False,
-    unit: float = 1.0,
+    unit: float | None = None,
 ) -> ObjectModel:
     """The object that a file describes.
 
@@ -65,16 +66,19 @@ def import_object(
       shape: which of the file's shapes the surface is, where it has both.
       repair: whether the surface is repaired where it bounds no solid (`repair_mesh`), which a
         warning tells.
-      unit: m, of the coordinates in a mesh file; URDF and MJCF are in metres.
+      unit: m, of the coordinates in a mesh file; if None, that which the file states (3MF, COLLADA)
+        or metres. URDF and MJCF are in metres.
 
     Warns:
-      UserWarning: what was repaired, or a defect too small to matter.
+      UserWarning: what was repaired, a defect too small to matter, or stated parameters that no
+        body within this shape has.
 
     Raises:
       FileNotFoundError: the file, or a mesh that it names, does not exist.
       ValueError: with the path, what was expected and what was found: a file that is something
         else, no inertial parameters and neither density nor mass, a mesh that bounds no solid (the
-        defect by its name), parameters that no body can have, or a joint that moves.
+        defect by its name), shapes that lie apart as seen from above, parameters that no body can
+        have, or a joint that moves.
     """
     file = Path(path)
     if not file.is_file():
@@ -89,21 +93,23 @@ def import_object(
         raise ValueError(str(error) if already else f"{file}: {error}") from None
 
 
-def _check_arguments(density: float | None, mass: float | None, shape: str, unit: float) -> None:
+def _check_arguments(
+    density: float | None, mass: float | None, shape: str, unit: float | None
+) -> None:
     if density is not None and mass is not None:
         raise ValueError(f"density {density} kg/m³ and mass {mass} kg: give one of them")
     for name, value in (("density", density), ("mass", mass), ("unit", unit)):
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name}: {value} is not positive")
+        if value is not None and not is_positive(value):
+            raise ValueError(f"{name}: {value!r} is not positive")
     if shape not in ("visual", "collision"):
         raise ValueError(f"shape: {shape!r}; choose 'visual' or 'collision'")
 
 
-def _read(file: Path, unit: float) -> FileBody:
+def _read(file: Path, unit: float | None) -> FileBody:
     if file.suffix.lower() in _MESHES:
-        mesh = placed(read_mesh(file), np.diag([unit, unit, unit, 1.0]))
+        mesh = read_mesh(file, unit)
         return FileBody(file.stem, (FileShape("the mesh", mesh),), lacking="a mesh has no mass")
-    if unit != 1.0:
+    if unit not in (None, 1.0):
         raise ValueError(f"unit: {unit} m is for mesh files; URDF and MJCF are in metres")
     if file.suffix.lower() not in (".urdf", ".xml", ".mjcf"):
         known = [".urdf", ".xml", ".mjcf", *_MESHES]
@@ -128,11 +134,15 @@ def _object(
     whole = union(solid.mesh for solid in solids)
     if density is None and mass is not None:
         density = mass / whole.volume()
-    inertial = _stated(body, up) if density is None else _uniform(whole, density)
+    if density is None:
+        inertial = _stated(body, up)
+        _warn_of_misfit(inertial, from_manifold(whole.hull()))
+    else:
+        inertial = _uniform(whole, density)
     colored = [Part(solid.mesh, 1.0, solid.color or _GREY) for solid in solids]
     return ObjectModel(
         name=body.name,
-        outline=silhouette(whole),
+        outline=silhouette(whole, body.name),
         height=whole.bounding_box()[5],
         inertial=InertialParameters(
             *map(jnp.asarray, (inertial.mass, inertial.com, inertial.inertia))
@@ -155,6 +165,30 @@ def _stated(body: FileBody, up: float) -> InertialParameters:
             "a uniform solid"
         )
     return body.inertial.replace(com=body.inertial.com + np.array([0.0, 0.0, up]))
+
+
+def _warn_of_misfit(inertial: InertialParameters, hull: trimesh.Trimesh) -> None:
+    """Warns of a CoM or a tensor that no mass within the convex hull of the shape gives."""
+    com, mass = np.asarray(inertial.com), float(inertial.mass)
+    if not mass > 0.0:
+        return  # such parameters are refused when the object is made
+    inside = np.einsum("fd,fd->f", com - hull.triangles[:, 0], hull.face_normals)
+    outside, size = float(inside.max()), float(np.linalg.norm(hull.extents))
+    if outside > _MISFIT * size:
+        warnings.warn(
+            f"the stated CoM {com.round(4).tolist()} m is {outside:.3g} m outside of the convex "
+            f"hull of the shape, whose size is {size:.3g} m",
+            stacklevel=4,
+        )
+    # ∫ r² dm about the CoM is half the trace of the tensor
+    gyration = float(np.sqrt(0.5 * np.trace(inertial.inertia) / mass))
+    farthest = float(np.linalg.norm(hull.vertices - com, axis=1).max())
+    if gyration > (1.0 + _MISFIT) * farthest:
+        warnings.warn(
+            f"the stated inertia has a radius of gyration of {gyration:.3g} m, but no point of the "
+            f"shape is farther than {farthest:.3g} m from the stated CoM",
+            stacklevel=4,
+        )
 
 
 def _solids(body: FileBody, shape: Shape, repair: bool) -> tuple[FileShape, ...]:

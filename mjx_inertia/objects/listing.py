@@ -58,11 +58,12 @@ def summarize(obj: ObjectModel) -> Summary:
 
 
 def table(objects: Iterable[ObjectModel]) -> str:
-    """Name, category, size, mass, CoM and principal moments of each object, aligned."""
+    """Name, category, size, mass, CoM, principal moments and `pieces_error` of each, aligned."""
     head = ("name", "category", "size / mm", "mass / kg", "CoM / mm", "principal moments / kg m²")
-    rows = [head, *(_cells(summarize(obj)) for obj in objects)]
+    head = (*head, "pieces off, %")
+    rows = [head, *((*_cells(summarize(o)), f"{100.0 * o.pieces_error:.1f}") for o in objects)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
-    right = (False, False, False, True, False, False)
+    right = (False, False, False, True, False, False, True)
     lines = [
         "  ".join(
             cell.rjust(width) if aligned else cell.ljust(width)

@@ -14,6 +14,8 @@ from jaxtyping import Float
 from numpy import ndarray
 
 _SIMPLER = 1e-6  # m, by which a vertex of an outline may be off the line between its neighbours
+_GAP = 1e-5  # m: rounding parts bodies that touch by no more
+_SPECK = 1e-6  # of the area: what is no larger is left by rounding
 _SLIVER = 1e-9  # of the volume: a body no larger is what rounding left between two that touch
 
 
@@ -81,10 +83,25 @@ def covered(solid: manifold3d.Manifold) -> shapely.geometry.base.BaseGeometry:
     return _polygons(solid.project())
 
 
-def silhouette(solid: manifold3d.Manifold) -> Float[ndarray, "k 2"]:
-    """Outer ring, counter-clockwise, of what a solid covers as seen along z, m."""
-    largest = max(shapely.get_parts(covered(solid)), key=lambda polygon: polygon.area)
-    return np.asarray(shapely.orient_polygons(largest).exterior.coords)[:-1]
+def silhouette(solid: manifold3d.Manifold, name: str) -> Float[ndarray, "k 2"]:
+    """Outer ring, counter-clockwise, of what a solid covers as seen along z, m.
+
+    Raises:
+      ValueError: with the object's `name`, what it covers is in several places, which one outline
+        cannot describe.
+    """
+    area = covered(solid)
+    if shapely.get_num_geometries(area) > 1:
+        area = area.buffer(_GAP, join_style="mitre").buffer(-_GAP, join_style="mitre")
+    parts = sorted(shapely.get_parts(area), key=lambda polygon: polygon.area)
+    if sum(polygon.area for polygon in parts[:-1]) > _SPECK * parts[-1].area:
+        between = 1e3 * parts[-1].distance(shapely.union_all(parts[:-1]))
+        raise ValueError(
+            f"{name}: it is {len(parts)} bodies that lie {between:.3g} mm apart as seen from "
+            "above; one rigid object must hang together there: move them until they touch, or make "
+            "an object of each"
+        )
+    return np.asarray(shapely.orient_polygons(parts[-1]).exterior.coords)[:-1]
 
 
 def lowest(solid: manifold3d.Manifold, depth: float) -> tuple[Float[ndarray, "_ 2"], ...]:

@@ -11,13 +11,14 @@ Mathematics and Statistics 1(1)), which are the same polynomials without a choic
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Integer
+from jaxtyping import Array, Bool, Float, Integer
 from numpy import ndarray
 
 from mjx_inertia.objects.mesh_defects import check_closed, checked_mesh
 from mjx_inertia.spatial import AnyArray, InertialParameters, inertia_from_second_moment
 
 _ROWS = 32
+_ROUNDING = 1e-5  # of the largest value: sums of single precision miss 0 by less
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 Density = Float[AnyArray, ""] | float | int
 
@@ -112,8 +113,14 @@ def check_density(density: Density) -> None:
     """Raises `ValueError` for a density (kg/m³) that is known and not one positive number."""
     if np.shape(density) != ():
         raise ValueError(f"`density` has shape {np.shape(density)}, expected one number; vmap")
-    if not isinstance(density, jax.core.Tracer) and not (np.isfinite(density) and density > 0.0):
-        raise ValueError(f"`density` must be positive and finite, but is {density} kg/m³")
+    if not isinstance(density, jax.core.Tracer) and not is_positive(density):
+        raise ValueError(f"`density` must be positive and finite, but is {density!r} kg/m³")
+
+
+def is_positive(value: object) -> bool:
+    """Whether a value is one real number, finite and positive."""
+    number = np.asarray(value)
+    return number.shape == () and number.dtype.kind in "iuf" and bool(0.0 < number < np.inf)
 
 
 def polyhedron_properties(
@@ -188,6 +195,11 @@ def _sums_jvp(
     primals: tuple[Float[Array, "r n"], ...], tangents: tuple[Float[Array, "r n"], ...]
 ) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
     return _sums(*primals), jnp.stack([jnp.sum(x) for x in tangents])
+
+
+def nowhere_negative(values: Float[Array, "..."]) -> Bool[Array, ""]:
+    """Whether masses or densities are all at least 0 but for rounding; False where one is NaN."""
+    return jnp.min(values) >= -_ROUNDING * jnp.max(values)
 
 
 def middle_of(vertices: Float[AnyArray, "v 3"]) -> Float[AnyArray, "3"]:

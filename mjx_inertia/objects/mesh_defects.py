@@ -136,7 +136,10 @@ def check_closed(faces: Integer[ndarray, "f 3"], vertices: int) -> None:
 
 
 def _arrays(vertices: object, faces: object) -> tuple[Float[ndarray, "v 3"], Int[ndarray, "f 3"]]:
-    points = np.asarray(vertices, dtype=np.float64)
+    given = np.asarray(vertices)
+    if given.dtype.kind not in "iuf":
+        raise ValueError(f"`vertices` holds {given.dtype}, expected real numbers")
+    points = given.astype(np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"`vertices` has shape {points.shape}, expected (v, 3)")
     return points, _index_array(faces)

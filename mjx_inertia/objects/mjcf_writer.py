@@ -27,6 +27,8 @@ def mjcf_text(obj: ObjectModel, name: str, files: MeshFiles) -> bytes:
     for key, value in (("category", obj.category), ("source", obj.source)):
         if value:
             ET.SubElement(custom, "text", name=f"{name}_{key}", data=value)
+    off = numbers([obj.pieces_error])
+    ET.SubElement(custom, "numeric", name=f"{name}_pieces_error", data=off)
     assets = ET.SubElement(root, "asset")
     world = ET.SubElement(root, "worldbody")
     body = ET.SubElement(world, "body", name=name)

@@ -5,6 +5,7 @@ it. A z-buffer with smooth shading, outlines and a soft shadow on the table.
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 import trimesh
@@ -66,14 +67,19 @@ class Picture:
 
 
 def draw(
-    meshes: list[trimesh.Trimesh],
-    colors: list[tuple[float, float, float]],
+    meshes: Sequence[trimesh.Trimesh],
+    colors: Sequence[tuple[float, float, float] | Float[ndarray, "_ 3"]],
     view: View = View(),
 ) -> Picture:
-    """Draws coloured meshes that stand on z = 0 on a white ground."""
+    """Draws meshes that stand on z = 0, each of one colour or with one for each face."""
     corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
     normals = np.concatenate([_corner_normals(mesh) for mesh in meshes])
-    color = np.repeat(colors, [len(mesh.faces) for mesh in meshes], axis=0)
+    color = np.concatenate(
+        [
+            np.broadcast_to(color, (len(mesh.faces), 3))
+            for mesh, color in zip(meshes, colors, strict=True)
+        ]
+    )
     seen = corners @ view.axes.T
     sun = view.axes[:2].T @ _SUN[:2] + [0.0, 0.0, _SUN[2]]
     ground = (corners - corners[..., 2:] * (sun / sun[2])) @ view.axes.T

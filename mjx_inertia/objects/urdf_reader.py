@@ -45,19 +45,25 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
       root: its element `robot`.
 
     Raises:
-      ValueError: a joint that moves, links that nothing joins, or elements that are not as URDF
-        defines them; each by its name. What is wrong with inertial parameters, `lacking` says.
+      ValueError: a joint that moves, links that nothing joins or that share a name, or elements
+        that are not as URDF defines them; each by its name. What is wrong with
+        inertial parameters, `lacking` says.
       FileNotFoundError: a mesh that is not where the file says.
     """
-    links = {_attribute(link, "name", "a link"): link for link in root.findall("link")}
+    links: dict[str, ET.Element] = {}
+    for link in root.findall("link"):
+        if links.setdefault(_attribute(link, "name", "a link"), link) is not link:
+            raise ValueError(f"two links have the name {link.get('name')!r}")
     poses = _link_poses(root, links)
     colors = {material.get("name"): _color(material) for material in root.findall("material")}
     bodies, lacking = [], []
     for name, T_root_link in poses.items():
-        inertial = links[name].find("inertial")
-        if inertial is not None:
+        inertials = links[name].findall("inertial")
+        if len(inertials) > 1:
+            lacking.append(f"link {name!r} has {len(inertials)} elements <inertial>, expected one")
+        elif inertials:
             try:
-                bodies.append(_inertial(inertial, f"link {name!r}", T_root_link))
+                bodies.append(_inertial(inertials[0], f"link {name!r}", T_root_link))
             except ValueError as error:  # which matters only to those who ask for it
                 lacking.append(str(error))
         elif any(links[name].find(kind) is not None for kind in ("visual", "collision")):

@@ -2,8 +2,8 @@
 
 In: an `ObjectModel` and its mesh files. Out: the text of a file with one link, whose frame is that
 of the object. Friction is in Bullet's element `contact`; `mujoco` makes MuJoCo keep the link, its
-visual meshes and their paths; category and source are in an element of our own. Readers pass over
-elements that they do not know.
+visual meshes and their paths; category, source and `pieces_error` are in an element of our own.
+Readers pass over elements that they do not know.
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,9 @@ NOTE = "mjx_inertia"  # the element of our own
 def urdf_text(obj: ObjectModel, name: str, files: MeshFiles) -> bytes:
     """The file, which names meshes by their path from its folder."""
     robot = ET.Element("robot", name=name)
-    ET.SubElement(robot, NOTE, category=obj.category, source=obj.source)
+    note = {"category": obj.category, "source": obj.source}
+    note["pieces_error"] = numbers([obj.pieces_error])
+    ET.SubElement(robot, NOTE, note)
     mujoco = ET.SubElement(robot, "mujoco")
     keep = ("strippath", "fusestatic", "discardvisual", "balanceinertia")
     ET.SubElement(mujoco, "compiler", {key: "false" for key in keep})

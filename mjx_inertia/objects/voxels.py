@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Integer
 from numpy import ndarray
 
 from mjx_inertia.objects.columns import ColumnCrossings, Grid2, grid_crossings
-from mjx_inertia.objects.mass_properties import Density, check_density
+from mjx_inertia.objects.mass_properties import Density, check_density, nowhere_negative
 from mjx_inertia.objects.mesh_defects import checked_mesh
 from mjx_inertia.spatial import AnyArray, InertialParameters, inertia_from_second_moment
 
@@ -94,10 +94,11 @@ def voxel_properties(grid: VoxelGrid) -> InertialParameters:
     """Inertial parameters of a grid: points at the centres, and the own inertia of each cube.
 
     A cube of mass m and edge h has m h²/6 about each axis through its centre. A grid whose mass is
-    not positive has NaN in every field.
+    not positive, or with a cube of negative mass (beyond rounding), has NaN in every field.
     """
     total = jnp.sum(grid.masses)
-    mass = jnp.where(total > 0.0, total, jnp.nan)
+    known = (total > 0.0) & nowhere_negative(grid.masses)
+    mass = jnp.where(known, total, jnp.nan)
     middle = 0.5 * jnp.array(grid.masses.shape) * grid.edge
     x, y, z = (
         grid.edge * (jnp.arange(n) + 0.5) - m
@@ -116,7 +117,7 @@ def voxel_properties(grid: VoxelGrid) -> InertialParameters:
     return InertialParameters(
         mass=mass,
         com=grid.corner + middle + com,
-        inertia=inertia_from_second_moment(jnp.where(total > 0.0, second, jnp.nan)),
+        inertia=inertia_from_second_moment(jnp.where(known, second, jnp.nan)),
     )
 
 

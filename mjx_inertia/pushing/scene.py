@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from shapely import Point, Polygon, union_all
+from scipy.stats import qmc
+from shapely import Polygon, contains_xy, union_all
 
 from mjx_inertia.objects import ObjectModel, hull_vertices, signed_area, upright
 from mjx_inertia.pushing.plan_view import plan_polygons
@@ -28,6 +29,7 @@ from mjx_inertia.pushing.settings import (
 # part of its pipeline: compile with a CoM beside the origin.
 _COMPILED_COM = (0.003, 0.002)
 _FOOT_RADIUS = 0.005
+_DRAWN = 2**15  # places, evenly over the box around what an object stands on, among which to choose
 _TILTS = 0.01  # m, by which what the tip meets may rise or sink on the table `corners`
 _FEW = 16  # pieces; of more, the tip meets the upright prisms on their plan
 
@@ -85,17 +87,16 @@ def _feet_fraction(obj: ObjectModel, settings: SceneSettings) -> np.ndarray:
         return np.zeros((1, 2))
     stands_on = union_all([Polygon(ring) for ring in obj.support if signed_area(ring) > 0.0])
     holes = union_all([Polygon(ring) for ring in obj.support if signed_area(ring) < 0.0])
+    stands_on = stands_on.difference(holes)
     low, high = np.array(stands_on.bounds).reshape(2, 2)
     line = (np.arange(settings.pads) + 0.5) / settings.pads
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), -1).reshape(-1, 2)
     spots = low + grid * (high - low)
-    inside = stands_on.difference(holes)
-    spots = spots[[inside.contains(Point(*spot)) for spot in spots]]
-    if len(spots) < 3:  # a rim, feet or wheels, which the grid misses
-        directions = np.pi / 4 * np.arange(8)
-        corners = np.concatenate(obj.support)
-        along = corners @ np.stack([np.cos(directions), np.sin(directions)])
-        spots = np.unique(corners[along.argmax(axis=0)], axis=0)
+    if not contains_xy(stands_on, spots).all():  # a rim, feet, wheels or a slanting outline
+        spots = low + qmc.Halton(2, scramble=False).random(_DRAWN)[1:] * (high - low)
+        spots = spots[contains_xy(stands_on, spots)][: len(grid)]
+        if len(spots) < 3:
+            raise ValueError(f"{obj.name}: it stands on too little for pads; take another table")
     return (spots - obj.center[:2]) / obj.half_extents[:2]
 
 

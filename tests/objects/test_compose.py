@@ -2,6 +2,7 @@
 
 import jax
 import jaxlie
+import jaxtyping
 import numpy as np
 import pytest
 
@@ -77,6 +78,28 @@ def test_the_whole_is_put_down():
     assert both.height == pytest.approx(0.04, abs=1e-6)
 
 
+def test_rounding_does_not_part_what_touches():
+    """A pose in single precision leaves a gap of nanometres."""
+    box = cuboid((0.1, 0.1, 0.1), 1.0)
+    beside = jaxlie.SE3.from_translation(np.array([0.1 + 4e-9, 0.0, 0.0]))
+    both = combine([box, box], [jaxlie.SE3.identity(), beside])
+    assert both.footprint.area == pytest.approx(0.02, rel=1e-6)
+
+
+def test_wrong_types():
+    box = cuboid((0.1, 0.1, 0.1), 1.0)
+    jaxtyping.config.update("jaxtyping_disable", True)
+    try:
+        with pytest.raises(ValueError, match="mass None kg is not positive"):
+            re_mass(box, None)  # pyright: ignore[reportArgumentType]
+        with pytest.raises(ValueError, match=r"factor \(1, 2\) is not one number or three"):
+            scale(box, (1, 2))  # pyright: ignore[reportArgumentType]
+        with pytest.raises(ValueError, match=r"pose 0 is a ndarray, expected a jaxlie\.SE3"):
+            combine([box], [np.eye(4)])  # pyright: ignore[reportArgumentType]
+    finally:
+        jaxtyping.config.update("jaxtyping_disable", False)
+
+
 def test_errors():
     box = cuboid((0.1, 0.1, 0.1), 1.0)
     with pytest.raises(ValueError, match="overlap by 500 cm³"):
@@ -84,6 +107,11 @@ def test_errors():
         combine([box, box], [jaxlie.SE3.identity(), half])
     with pytest.raises(ValueError, match="2 objects with 1 poses"):
         combine([box, box], [jaxlie.SE3.identity()])
+    here = jaxlie.SE3.identity()
+    with pytest.raises(ValueError, match=r"combined: it is 2 bodies that lie 9\.9e\+03 mm "):
+        combine([box, box], [here, jaxlie.SE3.from_translation(np.array([10.0, 0.0, 0.0]))])
+    with pytest.raises(ValueError, match="combined: pose 1 is not finite"):
+        combine([box, box], [here, jaxlie.SE3.from_translation(np.full(3, np.nan))])
     with pytest.raises(ValueError, match="one has leading axes"):
         combine([box], [jaxlie.SE3.identity((3,))])
     with pytest.raises(ValueError, match=r"factor 0\.0 is not positive"):

@@ -1,8 +1,10 @@
 """Exported objects mean the same to MuJoCo, Pinocchio and yourdfpy as to us."""
 
 import dataclasses
+from xml.etree import ElementTree as ET
 
 import jax
+import jaxtyping
 import manifold3d
 import mujoco
 import numpy as np
@@ -198,6 +200,16 @@ def test_libraries_read_every_object(everything, reads):
         reads(obj, folder / name)
 
 
+def test_files_say_how_far_the_pieces_are_off(sample):
+    objects, folder = sample
+    error = objects["tube"].pieces_error
+    assert error > 0.0
+    note = ET.parse(file_of(folder, "tube", "urdf")).getroot().find("mjx_inertia")
+    assert note is not None and float(note.attrib["pieces_error"]) == error
+    model, _ = compiled(file_of(folder, "tube", "mjcf"))
+    assert model.numeric("tube_pieces_error").data == pytest.approx(error)
+
+
 def test_meshes_on_disk_give_the_tensor(sample):
     objects, folder = sample
     for i, part in enumerate(objects["hammer"].parts):
@@ -231,6 +243,15 @@ def nan_mesh():
     vertices = np.array(mesh.vertices)
     vertices[3] = np.nan
     return trimesh.Trimesh(vertices, mesh.faces, process=False)
+
+
+def test_objects_without_names(tmp_path):
+    jaxtyping.config.update("jaxtyping_disable", True)
+    try:
+        with pytest.raises(ValueError, match="objects: list; give a mapping from name to object"):
+            export_objects([cube(0.1, 1.0)], tmp_path)  # pyright: ignore[reportArgumentType]
+    finally:
+        jaxtyping.config.update("jaxtyping_disable", False)
 
 
 @pytest.mark.parametrize(
@@ -275,10 +296,28 @@ def test_command(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("as_it_was")
+def test_options_stand_before_the_command_or_after_it(tmp_path, capsys):
+    for arguments in (
+        ["--names=cube", "export", str(tmp_path)],
+        ["export", str(tmp_path), "--names", "cube"],
+        ["--names=cube", "--category=Primitives", "list"],
+        ["--category=Primitives", "list", "--names", "cube"],
+    ):
+        assert main(arguments) == 0
+        assert "1 objects" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("as_it_was")
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--names", "cub"], "unknown object 'cub'; did you mean 'cube' or "),
+        (
+            ["--names", "cube", "export", "{}"],
+            "'export' is a command; put --names after the command",
+        ),
+        (["--category", "Tools", "list"], "'list' is a command; put --category after the command"),
+        (["--names", "cube", "--category", "Tools"], "none of ['cube'] is in the category ['Tools"),
         (["export", "{}/file", "--names", "cube"], "file: expected a folder to write into, cannot"),
         (["gallery", "{}/none/all.png", "--names", "cube"], "all.png: expected a folder to write"),
         (

@@ -50,6 +50,7 @@ def test_table():
     head, _, cube, rock = text.splitlines()
     assert head.startswith("name  category") and "principal moments" in head
     assert cube.split()[:2] == ["cube", "Primitives"] and "2.500" in rock
+    assert head.endswith("pieces off, %") and cube.endswith(" 0.0")
 
 
 @pytest.mark.parametrize("suffix", [".png", ".html"])

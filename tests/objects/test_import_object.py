@@ -1,6 +1,7 @@
 """Files become objects: ours come back as they were, others as MuJoCo and Pinocchio read them."""
 
 import re
+import warnings
 
 import jax
 import jaxtyping
@@ -318,6 +319,11 @@ HINGE = (
     '<link name="lid"><inertial><mass value="1"/></inertial></link><joint name="knee" '
     'type="revolute"><parent link="base"/><child link="lid"/></joint>'
 )
+FAR = (
+    f'<link name="far">{inertia()}<visual><geometry><box size="1 1 1"/></geometry></visual></link>'
+    '<joint name="rod" type="fixed"><parent link="base"/><child link="far"/>'
+    '<origin xyz="5 0 0"/></joint>'
+)
 BAD_FILES = {
     "text.urdf": ("not a file of shapes", "expected XML, found syntax error"),
     "page.xml": ("<html/>", r"expected the element <robot> \(URDF\) or <mujoco>"),
@@ -334,6 +340,15 @@ BAD_FILES = {
     "nan.urdf": (urdf(inertia(iyy="nan")), "<inertia iyy>: expected one finite number, found 'na"),
     "words.urdf": (urdf(inertia(iyy="a b")), "<inertia iyy>: expected one finite number, found"),
     "flat.urdf": (urdf(inertia(izz=3)), "link 'base': no body has principal moments 1, 1, 3"),
+    "twice.urdf": (urdf(more='<link name="base"/>'), "two links have the name 'base'"),
+    "two_inertials.urdf": (
+        urdf(inertia() + inertia()),
+        "link 'base' has 2 elements <inertial>, expected one",
+    ),
+    "far_apart.urdf": (
+        urdf(more=FAR),
+        "r: it is 2 bodies that lie 4e[+]03 mm apart as seen from above",
+    ),
     "cone.urdf": (urdf(shape="cone"), "link 'base', visual 0: unknown shape <cone>"),
     "hinge.urdf": (urdf(more=HINGE), r"joint 'knee' moves \(revolute\)"),
     "apart.urdf": (
@@ -376,6 +391,28 @@ def test_bad_files_are_named(name, tmp_path):
     with pytest.raises(ValueError, match=message) as caught:
         import_object(tmp_path / name)
     assert str(caught.value).count(str(tmp_path / name)) == 1
+
+
+def test_inertia_that_the_shape_cannot_have_is_warned_of(tmp_path):
+    (tmp_path / "b.urdf").write_text(urdf(inertia(ixx=0.17, iyy=0.17, izz=0.17)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        import_object(tmp_path / "b.urdf")
+    (tmp_path / "b.urdf").write_text(urdf(inertia()))
+    with pytest.warns(UserWarning, match="a radius of gyration of 1.22 m, but no point .* 0.866 m"):
+        import_object(tmp_path / "b.urdf")
+    beside = inertia().replace("<mass", '<origin xyz="2 0 0"/><mass')
+    (tmp_path / "b.urdf").write_text(urdf(beside))
+    with pytest.warns(UserWarning, match=r"CoM \[2.0, 0.0, 0.5\] m is 1.5 m outside of the convex"):
+        import_object(tmp_path / "b.urdf")
+
+
+def test_the_unit_that_a_file_states(tmp_path):
+    trimesh.creation.box((100.0, 100.0, 100.0)).export(tmp_path / "box.3mf")
+    stated = import_object(tmp_path / "box.3mf", density=1000.0)
+    assert float(stated.inertial.mass) == pytest.approx(1.0)
+    given = import_object(tmp_path / "box.3mf", density=1000.0, unit=0.01)
+    assert float(given.inertial.mass) == pytest.approx(1000.0)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+import jaxtyping
 import numpy as np
 import pytest
 import trimesh
@@ -210,6 +211,16 @@ class TestBadInput:
     def test_density(self, density):
         with pytest.raises(ValueError, match="`density` must be positive"):
             mass_properties(BOX.vertices, BOX.faces, density)
+
+    def test_wrong_types(self):
+        jaxtyping.config.update("jaxtyping_disable", True)
+        try:
+            with pytest.raises(ValueError, match=r"`density` must be positive .* but is '7'"):
+                mass_properties(BOX.vertices, BOX.faces, "7")  # pyright: ignore
+            with pytest.raises(ValueError, match="`vertices` holds complex128, expected real"):
+                mass_properties(BOX.vertices + 0j, BOX.faces)
+        finally:
+            jaxtyping.config.update("jaxtyping_disable", False)
 
     def test_faces_are_checked_where_vertices_are_traced(self):
         with pytest.raises(ValueError, match="not watertight"):

@@ -117,6 +117,14 @@ class TestVoxels:
             expected = (numbers(masses + step) - numbers(masses - step)) / 2e-5
             np.testing.assert_allclose(slope[:, *index], expected, atol=1e-9)
 
+    def test_a_negative_cube_says_so(self):
+        masses = jnp.ones((2, 2, 2)).at[0, 0, 0].set(-0.1)
+        body = properties_of_grid(VoxelGrid(masses, jnp.zeros(3), jnp.asarray(0.1)))
+        assert all(np.all(np.isnan(leaf)) for leaf in jax.tree.leaves(body))
+        rounded = masses.at[0, 0, 0].set(-1e-9)
+        body = properties_of_grid(VoxelGrid(rounded, jnp.zeros(3), jnp.asarray(0.1)))
+        assert check_consistency(body) == Consistency.CONSISTENT
+
     def test_a_grid_without_mass_says_so(self):
         grid = VoxelGrid(jnp.zeros((2, 2, 2)), jnp.zeros(3), jnp.array(0.1))
         assert check_consistency(properties_of_grid(grid)) == Consistency.NOT_FINITE
@@ -181,6 +189,12 @@ class TestField:
             return body.mass
 
         np.testing.assert_allclose(jax.grad(mass)(0.5), 0.006 * 0.15, rtol=1e-12)
+
+    def test_a_density_that_is_negative_somewhere_says_so(self):
+        mesh = box().mesh
+        middle = float(mesh.bounds[:, 0].mean())
+        body = properties_of_field(mesh.vertices, mesh.faces, lambda p: 0.1 + 10 * (p[0] - middle))
+        assert all(np.all(np.isnan(leaf)) for leaf in jax.tree.leaves(body))
 
     def test_bad_input(self):
         mesh = box().mesh

@@ -31,6 +31,7 @@ from mjx_inertia.spatial import InertialParameters
 
 Value = float | int | str | tuple[float, ...]
 _EVERYWHERE = ("mass", "friction")  # parameters that every object has
+_MAY_BE_ZERO = ("friction", "fill")
 _PACKAGES = ("numpy", "scipy", "shapely", "trimesh", "manifold3d")
 
 
@@ -47,18 +48,21 @@ def build(
       cache: folder that keeps finished objects; none if None.
 
     Raises:
-      ValueError: a parameter that the recipe does not have, or of a value that no object can have;
-        a recipe whose object would topple.
+      ValueError: a parameter that the recipe does not have, or of a value that no object can have
+        (all but `_MAY_BE_ZERO` are positive); sizes that fit no object together; a recipe whose
+        object would topple.
     """
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise ValueError(f"{recipe.name}: parameters {parameters!r}; give values by name")
     chosen = dict(parameters or {})
-    _check_names(recipe, chosen)
+    _check_values(recipe, chosen)
     if cache is None:
-        return _in_use(_made(recipe, chosen))
+        return _in_use(_attempted(recipe, chosen))
     path = cache / f"{recipe.name}-{_key(recipe, chosen)}.npz"
     try:
         return load_model(path)
     except (FileNotFoundError, ValueError):  # not there yet, or damaged: made anew
-        made = _made(recipe, chosen)
+        made = _attempted(recipe, chosen)
     with contextlib.suppress(OSError):  # a cache that cannot be written costs time alone
         save_model(path, made)
     return _in_use(made)
@@ -80,6 +84,18 @@ def nearest(kind: str, name: str, known: list[str]) -> str:
     close = get_close_matches(name, known, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {known}"
     return f"unknown {kind} {name!r}; {hint}"
+
+
+def _attempted(recipe: Recipe, chosen: Mapping[str, Value]) -> ObjectModel:
+    """`_made`, whose failures name the object and what was asked for."""
+    try:
+        return _made(recipe, chosen)
+    except Exception as error:  # sizes that do not go together upset any of five libraries
+        if not chosen or str(error).startswith(f"{recipe.name}: "):
+            raise
+        raise ValueError(
+            f"{recipe.name}: no such object with parameters {dict(chosen)}: {error}"
+        ) from error
 
 
 def _made(recipe: Recipe, chosen: Mapping[str, Value]) -> ObjectModel:
@@ -109,10 +125,7 @@ def _made(recipe: Recipe, chosen: Mapping[str, Value]) -> ObjectModel:
 
 def _parts(recipe: Recipe, sizes: Mapping[str, Value]) -> tuple[Part, ...]:
     build_parts: Callable[..., tuple[Part, ...]] = recipe.build
-    try:
-        return build_parts(**sizes)
-    except ValueError as error:
-        raise ValueError(f"{recipe.name}: {error}; parameters {dict(sizes)}") from None
+    return build_parts(**sizes)
 
 
 def _weight(parts: tuple[Part, ...]) -> float:
@@ -126,13 +139,33 @@ def _in_use(model: ObjectModel) -> ObjectModel:
     return dataclasses.replace(model, inertial=inertial)
 
 
-def _check_names(recipe: Recipe, chosen: Mapping[str, Value]) -> None:
-    known = [*describe(recipe), *_EVERYWHERE]
+def _check_values(recipe: Recipe, chosen: Mapping[str, Value]) -> None:
+    known = {**describe(recipe), **dict.fromkeys(_EVERYWHERE, 1.0)}
     for name, value in chosen.items():
         if name not in known:
-            raise ValueError(f"{recipe.name}: {nearest('parameter', name, known)}")
-        if not isinstance(value, str) and not np.all(np.isfinite(value)):
-            raise ValueError(f"{recipe.name}: parameter {name}={value} is not finite")
+            raise ValueError(f"{recipe.name}: {nearest('parameter', name, list(known))}")
+        wanted, numbers = np.asarray(known[name]), _numbers(value)
+        where = f"{recipe.name}: parameter {name}={value!r} is"
+        if numbers is None or numbers.shape != wanted.shape:
+            what = "one number" if wanted.shape == () else f"{wanted.size} numbers"
+            raise ValueError(f"{where} not {what}")
+        if wanted.dtype.kind == "i" and numbers.dtype.kind not in "iu":
+            raise ValueError(f"{where} no whole number")
+        if not np.all(np.isfinite(numbers)):
+            raise ValueError(f"{where} not finite")
+        if np.any(numbers < 0.0):
+            raise ValueError(f"{where} negative")
+        if wanted.shape == () and numbers == 0.0 and name not in _MAY_BE_ZERO:
+            raise ValueError(f"{where} not positive")
+
+
+def _numbers(value: object) -> np.ndarray | None:
+    """As an array; None where the value is something else."""
+    try:
+        numbers = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        return None
+    return numbers if numbers.dtype.kind in "iuf" else None
 
 
 def _key(recipe: Recipe, chosen: Mapping[str, Value]) -> str:

@@ -48,8 +48,9 @@ def load_catalogue(
 
     Args:
       names: of the objects; all if None.
-      category: one or several of Primitives, Tools, Home, Toys and Pushing; all if None.
-      parameters: by the object's name, those that differ from its own, e.g.
+      category: one or several of Primitives, Tools, Home, Toys and Pushing, to which the objects
+        must belong; all if None.
+      parameters: by the name of an object that is loaded, those that differ from its own, e.g.
         `{"mug": {"wall": 0.005, "mass": 0.4}}`: sizes in m, densities in kg/m³, `mass` in kg,
         `friction`. Sizes that change without the mass keep the density.
       cache: whether finished objects are kept in the user's cache, or the folder to keep them in.
@@ -58,8 +59,8 @@ def load_catalogue(
       Objects by name, in the order of the catalogue.
 
     Raises:
-      ValueError: an unknown name, category or parameter (with what is near), or a value that no
-        object can have.
+      ValueError: an unknown name, category or parameter (with what is near), a name outside the
+        categories, parameters of an object that is not loaded, or a value that no object can have.
     """
     known = recipes()
     wanted = list(known) if names is None else [names] if isinstance(names, str) else list(names)
@@ -70,9 +71,12 @@ def load_catalogue(
     for one in within:
         if one not in CATEGORIES:
             raise ValueError(f"unknown category {one!r}; choose from {list(CATEGORIES)}")
+    outside = [name for name in wanted if known[name].category not in within]
+    if names is not None and outside:
+        raise ValueError(f"names: none of {outside} is in the category {within}")
+    chosen = [name for name in known if name in wanted and name not in outside]
+    idle = [name for name in parameters or {} if name not in chosen]
+    if idle:
+        raise ValueError(f"parameters: {idle} are not among the objects asked for")
     folder = {True: default_cache(), False: None}[cache] if isinstance(cache, bool) else Path(cache)
-    return {
-        name: build(recipe, (parameters or {}).get(name), cache=folder)
-        for name, recipe in known.items()
-        if name in wanted and recipe.category in within
-    }
+    return {name: build(known[name], (parameters or {}).get(name), cache=folder) for name in chosen}

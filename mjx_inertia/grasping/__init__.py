@@ -1,0 +1,154 @@
+"""An arm that holds an object: candidate grasps, how well they hold, and which to choose."""
+
+from mjx_inertia.grasping.augmented import (
+    OperationalDynamics,
+    effective_mass,
+    object_inertia,
+    operational_dynamics,
+    operational_inertia,
+    with_payload,
+)
+from mjx_inertia.grasping.contact_model import (
+    SoftFinger,
+    antipodal_margin,
+    grasp_map,
+    is_force_closure,
+)
+from mjx_inertia.grasping.evaluate import GraspCosts, evaluate_grasps, grasp_costs
+from mjx_inertia.grasping.grasp import Contacts, Grasp, grasps_at
+from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
+from mjx_inertia.grasping.gripping_force import ObjectMotion, gripping_force, holding_wrench
+from mjx_inertia.grasping.hand_clearance import GraspFit, grasp_fit
+from mjx_inertia.grasping.holding import greatest_gripping_force, object_motion
+from mjx_inertia.grasping.inverse_kinematics import ReachSettings, conditioning, reach
+from mjx_inertia.grasping.metrics import (
+    METRICS,
+    AlongPath,
+    along,
+    twist_manipulability,
+    velocity_manipulability,
+)
+from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, plan_motion
+from mjx_inertia.grasping.object_path import (
+    TASKS,
+    Move,
+    ObjectPath,
+    Task,
+    object_path,
+    pose_on,
+    quintic,
+)
+from mjx_inertia.grasping.payload_belief import (
+    PayloadBelief,
+    belief_of_push,
+    belief_of_ten_numbers,
+    draw_payloads,
+    payloads_at,
+)
+from mjx_inertia.grasping.ranking import CRITERIA, GraspRanking, hands_of, rank_grasps
+from mjx_inertia.grasping.sampler import GraspSample, SamplerSettings, grasps_along, sample_grasps
+from mjx_inertia.grasping.selection import (
+    NONE,
+    best_per_metric,
+    knee,
+    normalised,
+    pareto_ranks,
+    pareto_set,
+    succeeded,
+    weighted_choice,
+)
+from mjx_inertia.grasping.two_soft_fingers import least_normal_force, least_squeeze
+from mjx_inertia.grasping.uncertainty import (
+    Regret,
+    UncertainCost,
+    ellipsoid_radius,
+    linear_cost,
+    regret,
+    sampled_cost,
+)
+from mjx_inertia.grasping.wrench_space import (
+    WrenchHull,
+    epsilon_quality,
+    wrench_ellipsoid_volume,
+    wrench_hull,
+)
+
+__all__ = [
+    "BAXTER_GRIPPER",
+    "CRITERIA",
+    "METRICS",
+    "NONE",
+    "PARALLEL_JAW_80MM",
+    "TASKS",
+    "AlongPath",
+    "Contacts",
+    "Grasp",
+    "GraspCosts",
+    "GraspFit",
+    "GraspMotion",
+    "GraspRanking",
+    "GraspSample",
+    "GraspStatus",
+    "Gripper",
+    "Move",
+    "ObjectMotion",
+    "ObjectPath",
+    "OperationalDynamics",
+    "PayloadBelief",
+    "ReachSettings",
+    "Regret",
+    "SamplerSettings",
+    "SoftFinger",
+    "Task",
+    "UncertainCost",
+    "WrenchHull",
+    "along",
+    "antipodal_margin",
+    "belief_of_push",
+    "belief_of_ten_numbers",
+    "best_per_metric",
+    "conditioning",
+    "draw_payloads",
+    "effective_mass",
+    "ellipsoid_radius",
+    "epsilon_quality",
+    "evaluate_grasps",
+    "grasp_costs",
+    "grasp_fit",
+    "grasp_map",
+    "grasps_along",
+    "grasps_at",
+    "greatest_gripping_force",
+    "gripping_force",
+    "hands_of",
+    "holding_wrench",
+    "is_force_closure",
+    "knee",
+    "least_normal_force",
+    "least_squeeze",
+    "linear_cost",
+    "normalised",
+    "object_inertia",
+    "object_motion",
+    "object_path",
+    "operational_dynamics",
+    "operational_inertia",
+    "pareto_ranks",
+    "pareto_set",
+    "payloads_at",
+    "plan_motion",
+    "pose_on",
+    "quintic",
+    "rank_grasps",
+    "reach",
+    "regret",
+    "sample_grasps",
+    "sampled_cost",
+    "succeeded",
+    "twist_manipulability",
+    "velocity_manipulability",
+    "weighted_choice",
+    "with_payload",
+    "wrench_ellipsoid_volume",
+    "wrench_hull",
+]

@@ -1,0 +1,214 @@
+"""An object in the hand: the arm's joint-space and operational-space dynamics with a payload.
+
+In: an `Arm`, the object's `InertialParameters` and how the hand holds it, both of which may be
+traced. Out: the arm with that payload, whose mass matrix, bias forces and torques are then those of
+the augmented object (Khatib 1987), and what the hand feels of it. Redundant arms go through
+Λ = (J M⁻¹ Jᵀ)⁻¹ and the dynamically consistent inverse (errata 13).
+Operational quantities are at the hand's origin, or at another point of the hand, in world axes;
+twists and wrenches are (linear, angular). At a singular configuration Λ has no finite value.
+"""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import jaxlie
+from flax import struct
+from jaxtyping import Array, Float
+
+from mjx_inertia.robots.arm import Arm, check_joints
+from mjx_inertia.robots.recursions import (
+    Frame,
+    columns_rate,
+    composite_bodies,
+    hand_columns,
+    hand_point,
+    link_frames,
+    newton_euler,
+    row,
+    zeros,
+)
+from mjx_inertia.spatial import (
+    InertialParameters,
+    change_frame,
+    combine,
+    inertia_about,
+    skew,
+)
+from mjx_inertia.spatial.components import Component, components, minus, once, stacked
+from mjx_inertia.spatial.small_cholesky import (
+    Row,
+    factorize,
+    inner,
+    inverse,
+    solve_lower,
+    solve_upper,
+)
+
+Point = Float[Array, "3"] | None
+
+
+@struct.dataclass
+class OperationalDynamics:
+    """Dynamics of an arm as its hand feels it: F = Λ ẍ + μ + p, with F and ẍ of r rows.
+
+    r is 6 (linear, angular), or 3 for the translation alone.
+
+    Attributes:
+      inertia: Λ, the pseudo kinetic energy matrix (kg, kg m, kg m²).
+      jacobian: J, ẋ = J q̇.
+      consistent_inverse: J̄ = M⁻¹ Jᵀ Λ, the inverse of J that takes least kinetic energy.
+      coriolis: μ = J̄ᵀ (Coriolis torque) - Λ J̇ q̇.
+      gravity: p = J̄ᵀ (gravity torque).
+    """
+
+    inertia: Float[Array, "r r"]
+    jacobian: Float[Array, "r n"]
+    consistent_inverse: Float[Array, "n r"]
+    coriolis: Float[Array, " r"]
+    gravity: Float[Array, " r"]
+
+
+def with_payload(arm: Arm, payload: InertialParameters, T_hand_obj: jaxlie.SE3) -> Arm:
+    """The arm that holds an object, together with what it held before.
+
+    Args:
+      arm: the arm.
+      payload: of the object, in the object's frame.
+      T_hand_obj: the object in the hand.
+    """
+    T_link_obj = arm.T_link_hand.to_se3() @ T_hand_obj
+    held = change_frame(payload, T_link_obj)
+    if arm.payload is not None:
+        held = combine(_pair(arm.payload, held))
+    return arm.replace(payload=held)
+
+
+def operational_inertia(
+    arm: Arm,
+    q: Float[Array, " n"],
+    point: Float[Array, "3"] | None = None,
+    *,
+    translation: bool = False,
+) -> Float[Array, "r r"]:
+    """Λ = (J M⁻¹ Jᵀ)⁻¹: the inertia of the arm, its payload included, as the hand feels it.
+
+    Args:
+      arm: the arm.
+      q: joint positions.
+      point: of the hand at which it is meant, m, in the hand's frame; its origin if None.
+      translation: (J_v M⁻¹ J_vᵀ)⁻¹ of the translation alone, 3 × 3: the hand free to turn. It is
+        not the upper left block of Λ, which is that of a hand kept from turning.
+    """
+    check_joints(arm, q=q)
+    factor = factorize(composite_bodies(arm, row(q)))
+    rows = _rows(arm, link_frames(arm, row(q)), point, translation)
+    half = [solve_lower(factor, j) for j in rows]
+    return stacked(inverse(factorize(_gram(half))), q.dtype)
+
+
+def effective_mass(
+    arm: Arm,
+    q: Float[Array, " n"],
+    direction: Float[Array, "3"],
+    point: Float[Array, "3"] | None = None,
+) -> Float[Array, ""]:
+    """Mass (kg) that a body feels which hits the hand: 1 / (uᵀ J_v M⁻¹ J_vᵀ u).
+
+    Khatib 1995; thesis Sec. 5.2.
+
+    Args:
+      arm: the arm.
+      q: joint positions.
+      direction: u, of the impact, of length 1, in world axes.
+      point: of the hand that is hit, m, in the hand's frame; its origin if None.
+    """
+    check_joints(arm, q=q)
+    rows = _rows(arm, link_frames(arm, row(q)), point, translation=True)
+    u = components(direction)
+    along = [once(inner(u, column)) for column in zip(*rows, strict=True)]
+    half = solve_lower(factorize(composite_bodies(arm, row(q))), along)
+    return jnp.asarray(1.0 / inner(half, half), q.dtype)
+
+
+def operational_dynamics(
+    arm: Arm,
+    q: Float[Array, " n"],
+    qd: Float[Array, " n"],
+    point: Float[Array, "3"] | None = None,
+    *,
+    translation: bool = False,
+) -> OperationalDynamics:
+    """Λ, J, J̄, μ and p in one state; Khatib 1987, Eqs 49 to 51.
+
+    Args:
+      arm: the arm.
+      q: joint positions.
+      qd: joint velocities.
+      point: of the hand at which they are meant, m, in the hand's frame; its origin if None.
+      translation: of the translation alone (r = 3) rather than of the twist (r = 6).
+    """
+    check_joints(arm, q=q, qd=qd)
+    frames = link_frames(arm, row(q))
+    rows = _rows(arm, frames, point, translation)
+    factor = factorize(composite_bodies(arm, row(q)))
+    half = [solve_lower(factor, j) for j in rows]
+    inertia = inverse(factorize(_gram(half)))
+    # J̄ᵀ = Λ J M⁻¹, with J M⁻¹ from the halves L⁻¹ Jᵀ that are there
+    responses = [solve_upper(factor, h) for h in half]
+    consistent = [
+        [once(inner(line, column)) for line in inertia] for column in zip(*responses, strict=True)
+    ]
+    weight = newton_euler(arm, row(q), zeros(arm), zeros(arm))
+    bias = newton_euler(arm, row(q), row(qd), zeros(arm))
+    columns = hand_columns(arm, frames, hand_point(arm, frames[-1], point))
+    linear, angular = columns_rate(columns, row(qd))
+    drift = [*linear, *angular][: len(rows)]
+    by_hand = list(zip(*consistent, strict=True))
+    coriolis = [
+        minus(minus(inner(line, bias), inner(line, weight)), inner(inertia[i], drift))
+        for i, line in enumerate(by_hand)
+    ]
+    return OperationalDynamics(
+        inertia=stacked(inertia, q.dtype),
+        jacobian=stacked(rows, q.dtype),
+        consistent_inverse=stacked(consistent, q.dtype),
+        coriolis=stacked(coriolis, q.dtype),
+        gravity=stacked([inner(line, weight) for line in by_hand], q.dtype),
+    )
+
+
+def object_inertia(
+    payload: InertialParameters, T_world_hand: jaxlie.SE3, T_hand_obj: jaxlie.SE3
+) -> Float[Array, "6 6"]:
+    """Λ_o: a held object's spatial inertia at the hand's origin, in world axes.
+
+    Λ of an arm with the object is Λ of the arm plus this: v_com = v + ω × r with r from the hand to
+    the CoM, so Λ_o = Tᵀ diag(m 1, R I R^T) T with T = [[1, -[r]×], [0, 1]] (errata 14).
+    """
+    T_world_obj = T_world_hand @ T_hand_obj
+    placed = change_frame(payload, T_world_obj)
+    r = placed.com - T_world_hand.translation()
+    across = placed.mass * skew(r)
+    about_hand = inertia_about(placed, T_world_hand.translation())
+    unit = jnp.eye(3, dtype=r.dtype)
+    return jnp.block([[placed.mass * unit, -across], [across, about_hand]])
+
+
+def _rows(arm: Arm, frames: list[Frame], point: Point, translation: bool) -> Sequence[Row]:
+    """The hand's Jacobian."""
+    columns = hand_columns(arm, frames, hand_point(arm, frames[-1], point))
+    rows = zip(*((*linear, *angular) for linear, angular in columns), strict=True)
+    return list(rows)[: 3 if translation else 6]
+
+
+def _gram(half: Sequence[Row]) -> list[list[Component]]:
+    """J M⁻¹ Jᵀ, its lower half, from rows L⁻¹ jᵀ."""
+    return [[once(inner(a, b)) for b in half[: i + 1]] for i, a in enumerate(half)]
+
+
+def _pair(a: InertialParameters, b: InertialParameters) -> InertialParameters:
+    return InertialParameters(
+        jnp.stack([a.mass, b.mass]),
+        jnp.stack([a.com, b.com]),
+        jnp.stack([a.inertia, b.inertia]),
+    )

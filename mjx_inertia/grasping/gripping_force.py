@@ -1,0 +1,81 @@
+"""How hard a parallel jaw must squeeze to hold a payload through a motion.
+
+In: a grasp's contacts, the payload's inertial parameters and how it moves. Out: the wrench that the
+fingers must exert, and the least force of the jaw.
+"""
+
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float
+
+from mjx_inertia.grasping.contact_model import SoftFinger
+from mjx_inertia.grasping.grasp import Contacts
+from mjx_inertia.grasping.two_soft_fingers import least_squeeze
+from mjx_inertia.spatial import AnyArray, InertialParameters
+
+
+@struct.dataclass
+class ObjectMotion:
+    """How an object frame moves at one moment (with leading axes: at many), in world axes.
+
+    Attributes:
+      R_world_obj: rotation matrix of the object frame.
+      acceleration: of the origin of the object frame, m/s².
+      angular_velocity: rad/s.
+      angular_acceleration: rad/s².
+    """
+
+    R_world_obj: Float[AnyArray, "*n 3 3"]
+    acceleration: Float[Array, "*n 3"]
+    angular_velocity: Float[Array, "*n 3"]
+    angular_acceleration: Float[Array, "*n 3"]
+
+
+def holding_wrench(
+    payload: InertialParameters, motion: ObjectMotion, gravity: Float[AnyArray, "3"]
+) -> Float[Array, "6"]:
+    """Force (N) and moment (N m) about the CoM that hold a payload, in the axes of the object.
+
+    Newton and Euler about the CoM: m (a_com - g) and I α + ω × I ω.
+
+    Args:
+      payload: in the object frame.
+      motion: at one moment.
+      gravity: m/s², in world axes.
+    """
+    turned = motion.R_world_obj.T
+    spin = jnp.sum(turned * motion.angular_velocity, axis=1)
+    spin_up = jnp.sum(turned * motion.angular_acceleration, axis=1)
+    free = jnp.sum(turned * (motion.acceleration - gravity), axis=1)
+    offset = payload.com
+    specific = free + jnp.cross(spin_up, offset) + jnp.cross(spin, jnp.cross(spin, offset))
+    momentum = jnp.sum(payload.inertia * spin, axis=1)
+    moment = jnp.sum(payload.inertia * spin_up, axis=1) + jnp.cross(spin, momentum)
+    return jnp.concatenate([payload.mass * specific, moment])
+
+
+def gripping_force(
+    contacts: Contacts,
+    pad: SoftFinger,
+    payload: InertialParameters,
+    motion: ObjectMotion,
+    gravity: Float[AnyArray, "3"],
+) -> Float[Array, ""]:
+    """Least force (N) of a parallel jaw that holds a payload at one moment.
+
+    What matters of the payload is its mass, where its CoM is (a lever about the line between the
+    pads loads them with torsion) and, in fast turns, its inertia tensor. Over a path: vmap over the
+    moments and take the maximum.
+
+    Args:
+      contacts: the two of one grasp, in the object frame.
+      pad: friction.
+      payload: in the object frame.
+      motion: at one moment.
+      gravity: m/s², in world axes.
+
+    Returns:
+      Infinite where the contacts are no force closure.
+    """
+    wrench = holding_wrench(payload, motion, gravity)
+    return least_squeeze(contacts, pad, wrench, payload.com)

@@ -1,0 +1,233 @@
+"""Joint positions that bring the hand to a pose, and joint motions that carry it along a path.
+
+In: an `Arm`, the hand's pose or its path as a function of s. Out: joint positions, with derivatives
+in s along a path. Redundancy is resolved by one criterion for each question: where to start, by the
+distance from the joints' limits; along the path, by the least joint speed at every instant
+(q' = Jᵀ (J Jᵀ)⁻¹ ξ), whose derivatives are exact. Written for one grasp.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+from jaxtyping import Array, Float, Int
+from scipy.stats import qmc
+
+from mjx_inertia.robots import Arm, hand_jacobian, hand_pose
+from mjx_inertia.spatial import Pose
+from mjx_inertia.spatial.components import components, once, stacked
+from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower, solve_upper
+
+HandPath = Callable[[Int[Array, ""], Float[Array, ""]], tuple[Pose, Array, Array]]
+_LENGTH = 0.1  # m that count as much as a radian in what is minimised and damped
+_TINY = 1e-12  # keeps a singular configuration finite; its conditioning tells
+
+
+@dataclasses.dataclass(frozen=True)
+class ReachSettings:
+    """How poses are reached.
+
+    Attributes:
+      starts: joint positions from which the search for the first pose sets out.
+      iterations: of each search.
+      damping: of the search, relative to the size of J Jᵀ.
+      centring: share of the way to the middle of the limits that the redundant joints go in one
+        iteration.
+      position_tolerance: m.
+      angle_tolerance: rad.
+      singular: least conditioning √(det J Jᵀ), translations over 0.1 m, of a pose that counts as
+        reached with room to move.
+    """
+
+    starts: int = 8
+    iterations: int = 30
+    damping: float = 1e-3
+    centring: float = 0.1
+    position_tolerance: float = 1e-5
+    angle_tolerance: float = 1e-4
+    singular: float = 1e-2
+
+
+@struct.dataclass
+class JointPath:
+    """Joint positions at k waypoints and their derivatives in s.
+
+    Attributes:
+      q: rad (m where prismatic).
+      slope: dq/ds.
+      bend: d²q/ds².
+      error: of the hand's pose, m and rad.
+      conditioning: √(det J Jᵀ), translations over 0.1 m.
+    """
+
+    q: Float[Array, "k n"]
+    slope: Float[Array, "k n"]
+    bend: Float[Array, "k n"]
+    error: Float[Array, "k 2"]
+    conditioning: Float[Array, " k"]
+
+
+def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
+    """Joint positions at which the hand is at the first of some poses, or as near as was found.
+
+    Damped least squares from several starts, within the limits, while the redundant joints move
+    towards the middle of their ranges; from there on to the other poses by the shortest way. Of
+    what arrives everywhere, that which stays farthest from its limits.
+
+    Args:
+      arm: the arm.
+      stops: T_world_hand, leading axis m: where the hand sets out, and where it must come to.
+      settings: of the search.
+    """
+    low, high = _finite_limits(arm)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    # centring stops before the end, so that the pose is met to the last digit
+    count = settings.iterations
+    shares = jnp.where(jnp.arange(count) < 0.8 * count, 1.0, 0.0)
+
+    def at(q: Array, stop: Pose, share: Array) -> tuple[Array, Array]:
+        def iteration(q: Array, share: Array) -> tuple[Array, None]:
+            error = pose_error(stop, hand_pose(arm, q))
+            away = settings.centring * share * (middle - q)
+            rows = _scaled_rows(arm, q)
+            # what the way to the middle does to the hand is taken back with its error
+            left = error / _scale(q.dtype) - _times(rows, away)
+            step = _least_squares(rows, left, settings.damping * share + _TINY)
+            return jnp.clip(q + away + step, low, high), None
+
+        q, _ = jax.lax.scan(iteration, q, (share * shares).astype(q.dtype))
+        size = jnp.sum((pose_error(stop, hand_pose(arm, q)) / _scale(q.dtype)) ** 2)
+        margin = jnp.min(1.0 - jnp.abs(q - middle) / half)
+        return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
+
+    def search(q: Float[Array, " n"]) -> tuple[Array, Array]:
+        def visit(q: Array, to: tuple[Pose, Array]) -> tuple[Array, tuple[Array, Array]]:
+            q, score = at(q, *to)
+            return q, (q, score)
+
+        first = jnp.zeros(len(stops.translation)).at[0].set(1.0)
+        _, (found, scores) = jax.lax.scan(visit, q, (stops, first))
+        return found[0], jnp.min(scores)
+
+    sites = qmc.Halton(arm.dof, scramble=False).random(settings.starts + 1)[1:]
+    starts = jnp.asarray(low + sites * (high - low), stops.translation.dtype)
+    found, score = jax.vmap(search)(starts)
+    return found[jnp.argmax(jnp.where(jnp.isfinite(score), score, -jnp.inf))]
+
+
+def follow(
+    arm: Arm,
+    q: Float[Array, " n"],
+    hand: HandPath,
+    move: Int[Array, " k"],
+    s: Float[Array, " k"],
+) -> JointPath:
+    """Carries the hand along a path from joint positions `q`.
+
+    Between waypoints the least joint speed is integrated by Runge and Kutta's fourth-order method;
+    one Newton step on the pose removes the drift.
+
+    Args:
+      arm: the arm.
+      q: joint positions at the first waypoint.
+      hand: T_world_hand, its twist per unit of s and the derivative of that, at s of a move.
+      move: of each waypoint.
+      s: of each waypoint.
+    """
+
+    def speed(number: Array, s: Array, q: Array) -> Array:
+        return _joint_slope(arm, q, hand(number, s)[1])
+
+    def step(
+        carry: tuple[Array, Array, Array], to: tuple[Array, Array]
+    ) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
+        (q, number, s), (next_number, next_s) = carry, to
+        h = jnp.where(next_number == number, next_s - s, 0.0)
+
+        def stage(carry: tuple[Array, Array], now: tuple[Array, Array]) -> tuple:
+            (slope, total), (ahead, weight) = carry, now
+            slope = speed(number, s + ahead * h, q + ahead * h * slope)
+            return (slope, total + weight * slope), None
+
+        zero = jnp.zeros_like(q)
+        stages = jnp.array([0.0, 0.5, 0.5, 1.0]), jnp.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+        (_, mean), _ = jax.lax.scan(stage, (zero, zero), stages)
+        place, xi, bend_xi = hand(next_number, next_s)
+        q = q + h * mean
+        q = q + _joint_slope(arm, q, pose_error(place, hand_pose(arm, q)))
+        slope = _joint_slope(arm, q, xi)
+        # d/ds of Jᵀ (J Jᵀ)⁻¹ ξ, along q' itself
+        _, bend = jax.jvp(functools.partial(_joint_slope, arm), (q, xi), (slope, bend_xi))
+        error = pose_error(place, hand_pose(arm, q))
+        sizes = jnp.stack([jnp.linalg.norm(error[:3]), jnp.linalg.norm(error[3:])])
+        return (q, next_number, next_s), (q, slope, bend, sizes, conditioning(arm, q))
+
+    _, found = jax.lax.scan(step, (q, move[0], s[0]), (move, s))
+    return JointPath(*found)
+
+
+def pose_error(wanted: Pose, found: Pose) -> Float[Array, "6"]:
+    """How the hand must move, m and rotation vector (rad), world axes; exact for small turns."""
+    relative = (wanted.rotation[:, None, :] * found.rotation[None, :, :]).sum(-1)
+    # sin(θ) times the axis; atan2 keeps the angle exact where the sine is small
+    axis = 0.5 * jnp.stack(
+        [
+            relative[2, 1] - relative[1, 2],
+            relative[0, 2] - relative[2, 0],
+            relative[1, 0] - relative[0, 1],
+        ]
+    )
+    sine = jnp.sqrt(jnp.maximum(jnp.sum(axis**2), 1e-30))
+    angle = jnp.arctan2(sine, 0.5 * (jnp.trace(relative) - 1.0))
+    return jnp.concatenate([wanted.translation - found.translation, axis * (angle / sine)])
+
+
+def conditioning(arm: Arm, q: Float[Array, " n"]) -> Float[Array, ""]:
+    """√(det J Jᵀ), translations over 0.1 m: zero at a singular configuration (Yoshikawa 1985)."""
+    inverse = factorize(_gram(_scaled_rows(arm, q), _TINY)).inverse_diagonal
+    product = jnp.prod(jnp.stack([jnp.asarray(x) for x in inverse]))
+    return jnp.nan_to_num(1.0 / product, nan=0.0, posinf=0.0)
+
+
+def _joint_slope(arm: Arm, q: Array, twist: Array) -> Array:
+    """Joint speeds of least norm that give the hand a twist: Jᵀ (J Jᵀ)⁻¹ ξ."""
+    return _least_squares(_scaled_rows(arm, q), twist / _scale(q.dtype), _TINY)
+
+
+def _least_squares(rows: list[tuple], scaled: Array, damping: float | Array) -> Array:
+    """Jᵀ (J Jᵀ + λ)⁻¹ ξ with λ relative to the mean of J Jᵀ's diagonal."""
+    factor = factorize(_gram(rows, damping))
+    weights = solve_upper(factor, solve_lower(factor, components(scaled)))
+    columns = zip(*rows, strict=True)
+    return stacked([inner(column, weights) for column in columns], scaled.dtype)
+
+
+def _times(rows: list[tuple], speed: Array) -> Array:
+    return stacked([inner(row, components(speed)) for row in rows], speed.dtype)
+
+
+def _scale(dtype: np.dtype) -> Float[np.ndarray, "6"]:
+    return np.array([_LENGTH] * 3 + [1.0] * 3, dtype)
+
+
+def _scaled_rows(arm: Arm, q: Array) -> list[tuple]:
+    rows = hand_jacobian(arm, q) / _scale(q.dtype)[:, None]
+    return list(components(rows))
+
+
+def _gram(rows: list[tuple], damping: float | Array) -> list[list]:
+    gram = [[once(inner(a, b)) for b in rows[: i + 1]] for i, a in enumerate(rows)]
+    extra = damping * sum(row[i] for i, row in enumerate(gram)) / len(rows)
+    for i, row in enumerate(gram):
+        row[i] = once(row[i] + extra)
+    return gram
+
+
+def _finite_limits(arm: Arm) -> tuple[np.ndarray, np.ndarray]:
+    """Limits of the joints, half a turn to both sides where there are none."""
+    low, high = np.asarray(arm.lower, float), np.asarray(arm.upper, float)
+    return np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)

@@ -1,0 +1,152 @@
+"""What a grasp costs along a task: effort, safety, dexterity, limits, work.
+
+In: an `Arm` with its payload (`with_payload`) and a `GraspMotion`. Out: a number, the less the
+better, of one grasp; `METRICS` names them. All are smooth where the motion is, so they have
+gradients in the grasp and in the payload. Sums that two metrics share are computed once when they
+are compiled together.
+"""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float
+
+from mjx_inertia.grasping.augmented import effective_mass
+from mjx_inertia.grasping.motion import GraspMotion
+from mjx_inertia.robots import Arm, hand_jacobian, inverse_dynamics
+from mjx_inertia.spatial.components import components
+from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower
+
+
+@struct.dataclass
+class AlongPath:
+    """Signals at k waypoints from which the metrics are taken.
+
+    Attributes:
+      torque: of the joints, N m (N where prismatic).
+      effective_mass: of the arm with its payload along the hand's path, kg.
+      manipulability: a² of thesis Eq. 6.3 for the translation: square of the hand's speed in the
+        direction of its path for joint speeds of norm one, m².
+
+    Where the hand turns on the spot the last two have no direction and are zero.
+    """
+
+    torque: Float[Array, "k n"]
+    effective_mass: Float[Array, " k"]
+    manipulability: Float[Array, " k"]
+
+
+_STILL = 1e-6  # m per unit of s: slower, the hand turns on the spot
+
+Metric = Callable[[Arm, GraspMotion, AlongPath], Float[Array, ""]]
+
+
+def state_signals(
+    arm: Arm,
+    q: Float[Array, " n"],
+    qd: Float[Array, " n"],
+    qdd: Float[Array, " n"],
+    direction: Float[Array, "3"],
+) -> AlongPath:
+    """The signals in one state.
+
+    Args:
+      arm: with its payload.
+      q: joint positions.
+      qd: joint velocities.
+      qdd: joint accelerations.
+      direction: of the hand's path, world axes, of length 1.
+    """
+    return AlongPath(
+        torque=inverse_dynamics(arm, q, qd, qdd),
+        effective_mass=effective_mass(arm, q, direction),
+        manipulability=velocity_manipulability(arm, q, direction),
+    )
+
+
+def along(arm: Arm, motion: GraspMotion) -> AlongPath:
+    """The signals at every waypoint of a motion."""
+    linear = motion.tangent[:, :3]
+    length = jnp.sqrt(jnp.maximum(jnp.sum(linear**2, -1, keepdims=True), 1e-30))
+    moves = length > _STILL
+    # a direction that stands in where there is none keeps gradients finite
+    direction = jnp.where(moves, linear / jnp.where(moves, length, 1.0), jnp.array([1.0, 0.0, 0.0]))
+    signals = jax.vmap(lambda *state: state_signals(arm, *state))(
+        motion.q, motion.qd, motion.qdd, direction
+    )
+    moving = moves[:, 0]
+    return signals.replace(
+        effective_mass=jnp.where(moving, signals.effective_mass, 0.0),
+        manipulability=jnp.where(moving, signals.manipulability, 0.0),
+    )
+
+
+def velocity_manipulability(
+    arm: Arm, q: Float[Array, " n"], direction: Float[Array, "3"]
+) -> Float[Array, ""]:
+    """Square of the radius of the velocity ellipsoid, 1 / (uᵀ (J_v J_vᵀ)⁻¹ u); errata 18.
+
+    Args:
+      arm: the arm.
+      q: joint positions.
+      direction: u, of length 1, world axes.
+    """
+    return _ellipsoid(components(hand_jacobian(arm, q)[:3]), components(direction), q)
+
+
+def twist_manipulability(
+    arm: Arm, q: Float[Array, " n"], tangent: Float[Array, "6"], length: float
+) -> Float[Array, ""]:
+    """The same of the whole twist, with `length` (m) as what a radian counts; errata 18."""
+    scale = jnp.array([1.0 / length] * 3 + [1.0] * 3, q.dtype)
+    rows, scaled = hand_jacobian(arm, q) * scale[:, None], tangent * scale
+    return _ellipsoid(components(rows), components(scaled / jnp.linalg.norm(scaled)), q)
+
+
+def effort(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+    """√Σ|τ(t_i)|², N m (thesis Eq. 4.20)."""
+    return jnp.sqrt(jnp.sum(signals.torque**2))
+
+
+def torque_energy(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+    """H_TME = ∫|τ|² ds, (N m)² (thesis Eq. 6.6)."""
+    return jnp.sum(motion.weight * jnp.sum(signals.torque**2, -1))
+
+
+def mean_effective_mass(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+    """H_TEM = ∫ m_e ds, kg (thesis Eq. 6.8)."""
+    return jnp.sum(motion.weight * signals.effective_mass)
+
+
+def inverse_manipulability(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+    """1 / H_TOV with H_TOV = ∫ a² ds, 1/m² (thesis Eq. 6.4; errata 18)."""
+    return 1.0 / jnp.sum(motion.weight * signals.manipulability)
+
+
+def peak_torque(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+    """Greatest torque of any joint as a share of its limit."""
+    return jnp.max(jnp.abs(signals.torque) / jnp.asarray(arm.torque_limit))
+
+
+def work(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+    """Mechanical work of the joints, ∫Σ|τ q̇| dt, J: what drives that do not recover it spend."""
+    power = jnp.sum(jnp.abs(signals.torque * motion.qd), -1)
+    return jnp.sum(0.5 * (power[1:] + power[:-1]) * jnp.diff(motion.time))
+
+
+METRICS: dict[str, Metric] = {
+    "effort": effort,
+    "energy": torque_energy,
+    "effective_mass": mean_effective_mass,
+    "inverse_manipulability": inverse_manipulability,
+    "peak_torque": peak_torque,
+    "work": work,
+}
+
+
+def _ellipsoid(rows: tuple, u: tuple, q: Array) -> Float[Array, ""]:
+    gram = [[inner(a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
+    half = solve_lower(factorize(gram), u)
+    return jnp.asarray(1.0 / inner(half, half), q.dtype)

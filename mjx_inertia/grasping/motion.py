@@ -1,0 +1,134 @@
+"""What the joints do while a grasped object follows its path, and whether the arm can do it.
+
+In: an `Arm`, the hand in the object's frame, an `ObjectPath`. Out: `GraspMotion`, a status: one
+grasp that fails leaves the others of a batch as they are. Written for one grasp.
+"""
+
+import enum
+import functools
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Bool, Float, Int
+
+from mjx_inertia.grasping.inverse_kinematics import JointPath, ReachSettings, follow, reach
+from mjx_inertia.grasping.object_path import ObjectPath, carried, pose_on
+from mjx_inertia.robots import Arm
+from mjx_inertia.spatial import Pose
+
+
+class GraspStatus(enum.IntEnum):
+    """What became of a grasp; of several reasons the first."""
+
+    OK = 0
+    UNREACHED = 1  # the hand is not where it should be somewhere along the path
+    SINGULAR = 2  # the arm cannot move on in some direction
+    JOINT_LIMIT = 3
+    VELOCITY_LIMIT = 4
+    TORQUE_LIMIT = 5
+    BAD_PAYLOAD = 6  # no body has such inertial parameters
+
+
+@struct.dataclass
+class GraspMotion:
+    """Joint motion at k waypoints.
+
+    Attributes:
+      time: s.
+      weight: of each waypoint in an integral over the path parameter of the whole task, 0 to 1.
+      q: joint positions, rad (m where prismatic).
+      qd: joint velocities.
+      qdd: joint accelerations.
+      twist: of the hand, world axes, m/s and rad/s.
+      tangent: of the hand's path: its twist per unit of s, which does not vanish at rest.
+      error: of the hand's pose, m and rad.
+      conditioning: √(det J Jᵀ), translations over 0.1 m.
+    """
+
+    time: Float[Array, " k"]
+    weight: Float[Array, " k"]
+    q: Float[Array, "k n"]
+    qd: Float[Array, "k n"]
+    qdd: Float[Array, "k n"]
+    twist: Float[Array, "k 6"]
+    tangent: Float[Array, "k 6"]
+    error: Float[Array, "k 2"]
+    conditioning: Float[Array, " k"]
+
+
+def hand_path(
+    path: ObjectPath, T_obj_hand: Pose, move: Int[Array, ""], s: Float[Array, ""]
+) -> tuple[Pose, Float[Array, "6"], Float[Array, "6"]]:
+    """T_world_hand on an object's path, its twist per unit of s and the derivative of that."""
+    return carried(lambda s: pose_on(path, move, s) @ T_obj_hand, s)
+
+
+def plan_motion(
+    arm: Arm, T_obj_hand: Pose, path: ObjectPath, settings: ReachSettings | None = None
+) -> GraspMotion:
+    """The motion of least joint speed, from the start whose way stays farthest from the limits."""
+    chosen = settings or ReachSettings()
+    hand = functools.partial(hand_path, path, T_obj_hand)
+    moves = jnp.arange(len(path.moves.angle))
+    ends = jax.vmap(lambda move, s: hand(move, s)[0])(
+        jnp.append(moves[:1], moves), jnp.ones(len(moves) + 1).at[0].set(0.0)
+    )
+    found = follow(arm, reach(arm, ends, chosen), hand, path.move, path.s)
+    return _timed(found, path, T_obj_hand)
+
+
+def _timed(found: JointPath, path: ObjectPath, T_obj_hand: Pose) -> GraspMotion:
+    rate, acceleration = path.rate[:, None], path.acceleration[:, None]
+    tangent = jax.vmap(lambda move, s: hand_path(path, T_obj_hand, move, s)[1])(path.move, path.s)
+    return GraspMotion(
+        time=path.time,
+        weight=quadrature(path),
+        q=found.q,
+        qd=rate * found.slope,
+        qdd=acceleration * found.slope + rate**2 * found.bend,
+        twist=rate * tangent,
+        tangent=tangent,
+        error=found.error,
+        conditioning=found.conditioning,
+    )
+
+
+def quadrature(path: ObjectPath) -> Float[Array, " k"]:
+    """Weights of the trapezoidal rule over s, each move counting alike, that sum to one."""
+    gap = jnp.where(path.move[1:] == path.move[:-1], jnp.diff(path.s), 0.0)
+    weight = 0.5 * (jnp.append(gap, 0.0) + jnp.append(0.0, gap))
+    return weight / weight.sum()
+
+
+def motion_status(
+    arm: Arm, motion: GraspMotion, torque: Float[Array, "k n"], settings: ReachSettings
+) -> Int[Array, ""]:
+    """`GraspStatus` of a motion.
+
+    Args:
+      arm: whose limits count.
+      motion: the motion.
+      torque: of the joints along it, N m.
+      settings: what counts as reached.
+    """
+    tolerance = jnp.array([settings.position_tolerance, settings.angle_tolerance])
+
+    def beyond(values: Array, limit: Array) -> Bool[Array, ""]:
+        return jnp.any(jnp.abs(values) > limit * (1.0 + 1e-9))
+
+    finite = jnp.all(jnp.isfinite(motion.qdd)) & jnp.all(jnp.isfinite(torque))
+    checks = (
+        (GraspStatus.TORQUE_LIMIT, beyond(torque, jnp.asarray(arm.torque_limit))),
+        (GraspStatus.VELOCITY_LIMIT, beyond(motion.qd, jnp.asarray(arm.velocity_limit))),
+        (
+            GraspStatus.JOINT_LIMIT,
+            jnp.any((motion.q < jnp.asarray(arm.lower)) | (motion.q > jnp.asarray(arm.upper))),
+        ),
+        (GraspStatus.SINGULAR, ~(jnp.min(motion.conditioning) > settings.singular)),
+        (GraspStatus.UNREACHED, ~(jnp.all(motion.error < tolerance) & finite)),
+    )
+    status = jnp.int32(GraspStatus.OK)
+    for code, failed in checks:
+        status = jnp.where(failed, jnp.int32(code), status)
+    return status

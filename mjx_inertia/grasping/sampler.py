@@ -1,0 +1,283 @@
+"""Candidate grasps of a parallel jaw: antipodal pairs of points on a mesh that the hand can reach.
+
+In: an object, a gripper, how many. Out: `GraspSample`, or grasps at points and along directions
+that the caller chooses.
+"""
+
+import dataclasses
+import warnings
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.grasping.grasp import Grasp, grasps_at, hand_frames
+from mjx_inertia.grasping.gripper import Gripper
+from mjx_inertia.grasping.hand_clearance import above_plane, collides, pads_blocked
+from mjx_inertia.objects import ObjectModel
+from mjx_inertia.spatial import AnyArray
+
+_INSIDE = 1e-6  # of the object's size: how far inside the surface a ray starts
+
+
+@dataclasses.dataclass(frozen=True)
+class SamplerSettings:
+    """How candidates are drawn.
+
+    Attributes:
+      approaches: directions of approach tried for each pair of contacts, at equal angles about the
+        closing direction from a random one on.
+      tilt: how far the closing direction may lean from the first contact's normal, as a share of
+        the half angle of the friction cone; 0 is along the normal.
+      clearance: by how much each finger stands back from its contact when the hand arrives, m.
+      above_table: whether the hand must be above the plane z = 0 of the object frame.
+      rays_per_grasp: rays cast at most for each grasp asked for, and 20,000 in any case.
+    """
+
+    approaches: int = 8
+    tilt: float = 0.5
+    clearance: float = 0.003
+    above_table: bool = False
+    rays_per_grasp: int = 25
+
+    def __post_init__(self) -> None:
+        """Checks the figures."""
+        if self.approaches < 1 or not 0.0 <= self.tilt <= 1.0 or self.clearance < 0.0:
+            raise ValueError(
+                f"`approaches` is {self.approaches}, `tilt` {self.tilt} and `clearance` "
+                f"{self.clearance}; expected at least 1, from 0 to 1, and not negative"
+            )
+
+
+@dataclasses.dataclass(frozen=True)
+class GraspSample:
+    """What a search for grasps found.
+
+    Attributes:
+      grasps: with one leading axis, as many as were found, at most `requested`.
+      requested: how many were asked for.
+      rays: how many rays were cast through the object.
+      rejected: candidates lost by their reason: pairs of contacts by `friction`, `width` and
+        `pads` (no room for a finger from any side), hands by `table` and `collision`.
+    """
+
+    grasps: Grasp
+    requested: int
+    rays: int
+    rejected: dict[str, int]
+
+    @property
+    def complete(self) -> bool:
+        """Whether as many were found as were asked for."""
+        return len(self.grasps.width) == self.requested
+
+
+@dataclasses.dataclass(frozen=True)
+class _Candidates:
+    """Contacts with directions of approach, before they become grasps."""
+
+    points: Float[ndarray, "n 2 3"]
+    normals: Float[ndarray, "n 2 3"]
+    approach: Float[ndarray, "n 3"]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __getitem__(self, rows: ndarray | slice) -> "_Candidates":
+        return _Candidates(self.points[rows], self.normals[rows], self.approach[rows])
+
+    @property
+    def width(self) -> Float[ndarray, " n"]:
+        return np.linalg.norm(self.points[:, 1] - self.points[:, 0], axis=1)
+
+
+def sample_grasps(
+    obj: ObjectModel,
+    gripper: Gripper,
+    count: int,
+    *,
+    seed: int,
+    friction: float = 0.5,
+    settings: SamplerSettings = SamplerSettings(),  # frozen
+) -> GraspSample:
+    """Antipodal grasps: the line between the contacts is in both friction cones (Nguyen 1988).
+
+    A contact is uniform on the surface; a ray from it into the object, within the friction cone,
+    leaves it at one or more places, each of which may be the other contact (so a mug is held by its
+    wall or around it). Kept are pairs that the jaw can open to with hands that overlap the object
+    nowhere, see `hand_clearance`.
+
+    Args:
+      obj: whose `mesh` is grasped.
+      gripper: the hand.
+      count: how many grasps.
+      seed: the same seed gives the same grasps.
+      friction: Coulomb's coefficient between pad and object.
+      settings: how candidates are drawn.
+
+    Warns:
+      UserWarning: fewer than `count` were found.
+
+    Raises:
+      ValueError: none was found, with the widths met; or `count` or `friction` is not positive.
+    """
+    if count < 1 or not friction > 0.0:
+        raise ValueError(f"`count` {count} and `friction` {friction} must be positive")
+    generator = np.random.default_rng(seed)
+    rejected: dict[str, int] = {}
+    for reason in ("friction", "width", "pads", "table", "collision"):
+        rejected[reason] = 0
+    found: list[_Candidates] = []
+    widths = [np.inf, -np.inf]
+    have = rays = 0
+    while have < count and rays < 20_000 + settings.rays_per_grasp * count:
+        batch = int(np.clip(1.2 * (count - have) * rays / max(have, 1), 512, 20_000))
+        pairs = _opposite_contacts(obj.mesh, batch, friction, settings.tilt, generator, rejected)
+        widths = [min(widths[0], *pairs.width), max(widths[1], *pairs.width)]
+        found.append(_reachable(obj.mesh, gripper, pairs, settings, generator, rejected))
+        rays += batch
+        have += len(found[-1])
+    if have == 0:
+        raise ValueError(_nothing_found(obj.name, gripper, friction, widths, rejected))
+    if have < count:
+        warnings.warn(
+            f"{obj.name}: {have} of {count} grasps for {gripper.name} found with {rays} rays; "
+            f"rejected: {rejected}",
+            stacklevel=2,
+        )
+    grasps = grasps_at(
+        *(
+            np.concatenate([getattr(some, field) for some in found])[:count]
+            for field in ("points", "normals", "approach")
+        )
+    )
+    return GraspSample(grasps, count, rays, rejected)
+
+
+def grasps_along(
+    obj: ObjectModel,
+    points: Float[AnyArray, "n 3"],
+    closing: Float[AnyArray, "n 3"],
+    approach: Float[AnyArray, "n 3"],
+) -> Grasp:
+    """Grasps of the material around chosen points, along chosen directions.
+
+    From each point, which must be inside the object, the nearest surface along `closing` and
+    against it are the contacts. Whether a gripper can take them says `grasp_fit`.
+
+    Args:
+      obj: whose `mesh` is grasped.
+      points: m, in the object frame.
+      closing: direction from pad 0 to pad 1.
+      approach: direction out of the palm; only its part normal to `closing` counts.
+
+    Raises:
+      ValueError: a point is not inside the object, or an approach is along `closing`; with the row.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    closing = np.asarray(closing, dtype=np.float64)
+    direction = closing / np.linalg.norm(closing, axis=1, keepdims=True)
+    places = np.full((len(points), 2, 3), np.nan)
+    normals = np.full((len(points), 2, 3), np.nan)
+    for pad, sign in enumerate((-1.0, 1.0)):
+        hit, ray, face = obj.mesh.ray.intersects_location(
+            points, sign * direction, multiple_hits=False
+        )
+        leaving = sign * np.sum(obj.mesh.face_normals[face] * direction[ray], axis=1) > 0.0
+        places[ray[leaving], pad] = hit[leaving]
+        normals[ray[leaving], pad] = -obj.mesh.face_normals[face[leaving]]
+    outside = np.flatnonzero(np.isnan(places).any(axis=(1, 2)))
+    if len(outside):
+        row = int(outside[0])
+        raise ValueError(
+            f"{obj.name}: {len(outside)} of {len(points)} `points` are not inside the object, the "
+            f"first is point {row} = {points[row].tolist()}"
+        )
+    return grasps_at(places, normals, np.asarray(approach, dtype=np.float64))
+
+
+def _opposite_contacts(
+    mesh: trimesh.Trimesh,
+    count: int,
+    friction: float,
+    tilt: float,
+    generator: np.random.Generator,
+    rejected: dict[str, int],
+) -> _Candidates:
+    """Pairs within both friction cones, with a random direction of approach."""
+    drawn = trimesh.sample.sample_surface(mesh, count, seed=generator)
+    start, face = np.asarray(drawn[0]), np.asarray(drawn[1])
+    inward = -mesh.face_normals[face]
+    direction = _within_cone(inward, tilt * np.arctan(friction), generator)
+    origin = start + _INSIDE * mesh.scale * inward
+    hit, ray, other = mesh.ray.intersects_location(origin, direction, multiple_hits=True)
+    order = np.lexsort((np.sum((hit - origin[ray]) ** 2, axis=1), ray))
+    hit, ray, other = hit[order], ray[order], other[order]
+    cosine = np.sum(mesh.face_normals[other] * direction[ray], axis=1)
+    held = cosine * np.sqrt(1.0 + friction**2) > 1.0
+    rejected["friction"] += int(np.sum(~held & (cosine > 0.0)))
+    hit, ray, other = hit[held], ray[held], other[held]
+    return _Candidates(
+        points=np.stack([start[ray], hit], axis=1),
+        normals=np.stack([inward[ray], -mesh.face_normals[other]], axis=1),
+        approach=generator.normal(size=(len(ray), 3)),
+    )
+
+
+def _within_cone(
+    axis: Float[ndarray, "n 3"], half_angle: float, generator: np.random.Generator
+) -> Float[ndarray, "n 3"]:
+    """Directions uniform in solid angle within cones."""
+    cosine = 1.0 - (1.0 - np.cos(half_angle)) * generator.uniform(size=len(axis))
+    across = np.cross(axis, generator.normal(size=axis.shape))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    return cosine[:, None] * axis + np.sqrt(1.0 - cosine**2)[:, None] * across
+
+
+def _reachable(
+    mesh: trimesh.Trimesh,
+    gripper: Gripper,
+    pairs: _Candidates,
+    settings: SamplerSettings,
+    generator: np.random.Generator,
+    rejected: dict[str, int],
+) -> _Candidates:
+    """Hands on the pairs that the gripper can open to and that overlap nothing, in random order."""
+    fits = (pairs.width >= gripper.closed_width) & (pairs.width <= gripper.open_width)
+    rejected["width"] += int(np.sum(~fits))
+    pairs = pairs[fits]
+    blocked = pads_blocked(mesh, gripper, pairs.points, settings.clearance)
+    rejected["pads"] += int(np.sum(blocked))
+    hands = _turned(pairs[~blocked], settings.approaches)
+    hands = hands[generator.permutation(len(hands))]
+    frames = hand_frames(hands.points, hands.approach)
+    if settings.above_table:
+        above = above_plane(gripper, frames, settings.clearance)
+        rejected["table"] += int(np.sum(~above))
+        hands = hands[above]
+        frames = hand_frames(hands.points, hands.approach)
+    hit = collides(mesh, gripper, frames, settings.clearance)
+    rejected["collision"] += int(np.sum(hit))
+    return hands[~hit]
+
+
+def _turned(pairs: _Candidates, count: int) -> _Candidates:
+    """Each pair `count` times, with its approach turned about the closing direction."""
+    axes = hand_frames(pairs.points, pairs.approach).axes
+    angle = 2.0 * np.pi * np.arange(count)[:, None, None] / count
+    approach = np.cos(angle) * axes[:, :, 2] + np.sin(angle) * axes[:, :, 0]
+    rows = np.tile(np.arange(len(pairs)), count)
+    return _Candidates(pairs.points[rows], pairs.normals[rows], approach.reshape(-1, 3))
+
+
+def _nothing_found(
+    name: str, gripper: Gripper, friction: float, widths: list[float], rejected: dict[str, int]
+) -> str:
+    met = f"opposite contacts are {widths[0]:.4f} to {widths[1]:.4f} m apart"
+    if not np.isfinite(widths[0]):
+        met = f"no two opposite contacts within a friction of {friction}"
+    return (
+        f"{name}: no grasp for {gripper.name}, which takes {gripper.closed_width:.4f} to "
+        f"{gripper.open_width:.4f} m; {met}; rejected: {rejected}"
+    )

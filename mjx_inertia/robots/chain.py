@@ -1,0 +1,129 @@
+"""An arm as components: what kinematics and dynamics compute with.
+
+In: an `Arm` and joint positions. Out: one `Joint` per joint with the turned and shifted frame and
+the inertia of its link about the frame's origin. What is known of the arm while a program is traced
+becomes Python floats, and zeros and ones among them cost nothing.
+"""
+
+import functools
+from typing import NamedTuple
+
+from mjx_inertia.robots.arm import Arm
+from mjx_inertia.spatial import InertialParameters
+from mjx_inertia.spatial.components import (
+    Component,
+    Mat3,
+    Vec3,
+    add,
+    apply,
+    axis_rotation,
+    components,
+    mirrored,
+    multiply,
+    once,
+    plus,
+    scale,
+    times,
+    upper_half,
+)
+
+
+class Body(NamedTuple):
+    """Inertia of a rigid body about the origin of a frame, in its axes; such inertias add.
+
+    Attributes:
+      mass: kg.
+      moment: first moment, mass times centre of mass, kg m.
+      inertia: inertia tensor about the origin, kg m².
+    """
+
+    mass: Component
+    moment: Vec3
+    inertia: Mat3
+
+
+class Joint(NamedTuple):
+    """A joint at its position, and the link behind it.
+
+    Attributes:
+      rotation: from the link's axes to those of the link before.
+      offset: origin of the link's frame in that of the link before, m.
+      axis: unit vector in the link's frame.
+      prismatic: slides rather than turns.
+    """
+
+    rotation: Mat3
+    offset: Vec3
+    axis: Vec3
+    prismatic: bool
+
+
+def joints_at(arm: Arm, q: Vec3 | tuple[Component, ...]) -> list[Joint]:
+    """The joints at positions `q` (rad; m where prismatic)."""
+    rotations = components(arm.T_parent_joint.rotation)
+    offsets = components(arm.T_parent_joint.translation)
+    joints = []
+    for rotation, offset, axis, slides, position in zip(
+        rotations, offsets, components(arm.axis), arm.prismatic, q, strict=True
+    ):
+        if slides:
+            along = once(add(offset, scale(position, apply(rotation, axis))))
+            joints.append(Joint(rotation, along, axis, True))
+        else:
+            turned = once(multiply(rotation, axis_rotation(axis, position)))
+            joints.append(Joint(turned, offset, axis, False))
+    return joints
+
+
+def bodies_of(arm: Arm) -> list[Body]:
+    """The links, what the hand holds included, about the origins of their frames."""
+    masses, coms = components(arm.links.mass), components(arm.links.com)
+    tensors = components(arm.links.inertia)
+    bodies = [_body(*figures) for figures in zip(masses, coms, tensors, strict=True)]
+    if arm.payload is not None:
+        bodies[-1] = once_body(joined(bodies[-1], body_of(arm.payload)))
+    return bodies
+
+
+def body_of(params: InertialParameters) -> Body:
+    """One body about the origin of its frame."""
+    return _body(*map(components, (params.mass, params.com, params.inertia)))
+
+
+def joined(a: Body, b: Body) -> Body:
+    """Two bodies in one frame as one."""
+    inertia = _sum(a.inertia, b.inertia)
+    return Body(plus(a.mass, b.mass), add(a.moment, b.moment), inertia)
+
+
+def shifted(body: Body, offset: Vec3) -> Body:
+    """The body about the origin of a frame with the same axes in which its own lies at `offset`."""
+    # with m c' = m c + m r: I + (m c·r + r·m c') 1 - r m cᵀ - m c' rᵀ (parallel axes)
+    moment = once(add(body.moment, scale(body.mass, offset)))
+    tensor = _sum(body.inertia, _shift(body.moment, offset), _shift(offset, moment))
+    return Body(body.mass, moment, tensor)
+
+
+def once_body(body: Body) -> Body:
+    """The same body, each component computed in one place."""
+    mass, moment, half = once((body.mass, body.moment, upper_half(body.inertia)))
+    return Body(mass, moment, mirrored(half))
+
+
+def _body(mass: Component, com: Vec3, tensor: Mat3) -> Body:
+    moment = scale(mass, com)
+    # parallel axes: Featherstone 2008, Eq. 2.63
+    return Body(mass, moment, _sum(tensor, _shift(moment, com)))
+
+
+def _shift(first: Vec3, offset: Vec3) -> Mat3:
+    """(first·offset) 1 - offset firstᵀ, of which the upper half is right."""
+    x, y, z = (times(f, o) for f, o in zip(first, offset, strict=True))
+    xy, xz, yz = (times(-1.0, times(offset[i], first[j])) for i, j in ((0, 1), (0, 2), (1, 2)))
+    return mirrored((plus(y, z), xy, xz, plus(x, z), yz, plus(x, y)))
+
+
+def _sum(*matrices: Mat3) -> Mat3:
+    halves = zip(*map(upper_half, matrices), strict=True)
+    xx, xy, xz, yy, yz, zz = (functools.reduce(plus, entries) for entries in halves)
+    return mirrored((xx, xy, xz, yy, yz, zz))

@@ -1,0 +1,227 @@
+"""The recursions along an arm, in components: what the functions of arrays are made of.
+
+In: an `Arm` and rows of components, one per joint (see `spatial/components.py`). Out: rows of
+components. Several of them in one program share what they have in common. Each intermediate that
+more than one expression reads is marked to be computed once; without that XLA's CPU compiler
+repeats such expressions inside each other, and both the program and its compilation grow a
+hundredfold.
+"""
+
+from typing import NamedTuple
+
+from jaxtyping import Array, Float
+
+from mjx_inertia.robots.arm import Arm
+from mjx_inertia.robots.chain import Body, Joint, bodies_of, joined, joints_at, once_body, shifted
+from mjx_inertia.spatial.components import (
+    ZERO,
+    Component,
+    Mat3,
+    Vec3,
+    add,
+    apply,
+    components,
+    cross,
+    dot,
+    minus,
+    multiply,
+    once,
+    plus,
+    scale,
+    subtract,
+    symmetric_change,
+    times,
+    transpose,
+)
+
+Row = tuple[Component, ...]
+Columns = list[tuple[Vec3, Vec3]]  # linear, angular; one pair for each joint
+
+
+class Frame(NamedTuple):
+    """A frame in the world: its axes as columns, and its origin (m)."""
+
+    rotation: Mat3
+    origin: Vec3
+
+
+def row(vector: Float[Array, " n"]) -> Row:
+    """A vector as a row of components."""
+    return tuple(vector[i] for i in range(vector.shape[0]))
+
+
+def zeros(arm: Arm) -> Row:
+    """Zeros that are known: what stands still costs nothing."""
+    return (0.0,) * arm.dof
+
+
+def link_frames(arm: Arm, q: Row) -> list[Frame]:
+    """The links in the world."""
+    rotation = components(arm.T_world_base.rotation)
+    origin = components(arm.T_world_base.translation)
+    frames = []
+    for joint in joints_at(arm, q):
+        origin = once(add(origin, apply(rotation, joint.offset)))
+        rotation = once(multiply(rotation, joint.rotation))
+        frames.append(Frame(rotation, origin))
+    return frames
+
+
+def hand_frame(arm: Arm, last: Frame) -> Frame:
+    """The hand in the world, from the last link there."""
+    rotation = components(arm.T_link_hand.rotation)
+    offset = components(arm.T_link_hand.translation)
+    origin = once(add(last.origin, apply(last.rotation, offset)))
+    return Frame(once(multiply(last.rotation, rotation)), origin)
+
+
+def hand_point(arm: Arm, last: Frame, point: Float[Array, "3"] | None) -> Vec3:
+    """A point of the hand, given in its frame (its origin if None), in the world."""
+    hand = hand_frame(arm, last)
+    if point is None:
+        return hand.origin
+    return once(add(hand.origin, apply(hand.rotation, components(point))))
+
+
+def hand_columns(arm: Arm, frames: list[Frame], place: Vec3) -> Columns:
+    """The Jacobian's columns, in world axes, of the place `place` (m, world) on the hand."""
+    columns: Columns = []
+    for frame, axis, slides in zip(frames, components(arm.axis), arm.prismatic, strict=True):
+        along = once(apply(frame.rotation, axis))
+        if slides:
+            columns.append((along, ZERO))
+        else:
+            columns.append((once(cross(along, subtract(place, frame.origin))), along))
+    return columns
+
+
+def columns_rate(columns: Columns, qd: Row) -> tuple[Vec3, Vec3]:
+    """J̇ q̇: acceleration of the place on the hand, and of its turning, at q̈ = 0.
+
+    A joint turns the axes and levers of all behind it, ċ = ω × c with ω of the joints before, and
+    the lever of its own turns with the hand's velocity relative to it.
+    """
+    caused = [
+        (once(scale(speed, linear)), once(scale(speed, angular)))
+        for speed, (linear, angular) in zip(qd, columns, strict=True)
+    ]
+    behind = [ZERO]  # velocity of the place that this joint and those behind it cause
+    for own, _ in reversed(caused):
+        behind.append(once(add(behind[-1], own)))
+    omega, linear, angular = ZERO, ZERO, ZERO
+    for (own, turn), relative in zip(caused, reversed(behind[1:]), strict=True):
+        linear = add(linear, cross(omega, own), cross(turn, relative))
+        angular = add(angular, cross(omega, turn))
+        omega, linear, angular = once((add(omega, turn), linear, angular))
+    return linear, angular
+
+
+def newton_euler(arm: Arm, q: Row, qd: Row, qdd: Row) -> Row:
+    """Joint torques that give the accelerations `qdd`.
+
+    Luh, Walker and Paul 1980, with inertias about the frames' origins.
+    """
+    joints, bodies = joints_at(arm, q), bodies_of(arm)
+    base = transpose(components(arm.T_world_base.rotation))
+    # the base falls upwards instead of the links being pulled down
+    linear = scale(-1.0, apply(base, components(arm.gravity)))
+    omega, alpha, gradient = ZERO, ZERO, (ZERO, ZERO, ZERO)
+    wrenches: list[tuple[Vec3, Vec3]] = []
+    for joint, body, speed, gain in zip(joints, bodies, qd, qdd, strict=True):
+        linear = once(add(linear, apply(gradient, joint.offset)))
+        omega, alpha, linear = _across(joint, omega, alpha, linear, speed, gain)
+        gradient = once(_acceleration_gradient(omega, alpha))
+        wrenches.append(_wrench(body, omega, alpha, linear, gradient))
+    drives = components(arm.armature)
+    torques: list[Component] = [0.0] * arm.dof
+    force, moment = ZERO, ZERO
+    for i in reversed(range(arm.dof)):
+        f, n = wrenches[i]
+        if i + 1 < arm.dof:
+            carried = _wrench_before(joints[i + 1], force, moment)
+            f, n = add(f, carried[0]), add(n, carried[1])
+        force, moment = once((f, n))
+        along = _along(joints[i], force, moment)
+        torques[i] = once(plus(along, times(drives[i], qdd[i])))
+    return tuple(torques)
+
+
+def composite_bodies(arm: Arm, q: Row) -> list[Row]:
+    """Rows of the joint-space mass matrix, armature included.
+
+    Featherstone 2008, Table 6.2.
+    """
+    joints, bodies = joints_at(arm, q), bodies_of(arm)
+    drives = components(arm.armature)
+    matrix: list[list[Component]] = [[0.0] * arm.dof for _ in range(arm.dof)]
+    composite = bodies[-1]
+    for i in reversed(range(arm.dof)):
+        force, moment = once(_momentum(joints[i], composite))
+        matrix[i][i] = once(plus(drives[i], _along(joints[i], force, moment)))
+        for j in reversed(range(i)):
+            force, moment = once(_wrench_before(joints[j + 1], force, moment))
+            matrix[i][j] = matrix[j][i] = once(_along(joints[j], force, moment))
+        if i:
+            composite = once_body(joined(bodies[i - 1], _in_link_before(joints[i], composite)))
+    return [tuple(entries) for entries in matrix]
+
+
+def _across(
+    joint: Joint, omega: Vec3, alpha: Vec3, linear: Vec3, speed: Component, gain: Component
+) -> tuple[Vec3, Vec3, Vec3]:
+    """Velocity and acceleration of a link from those of the link before, in its own axes."""
+    back = transpose(joint.rotation)
+    omega, alpha, linear = once(apply(back, omega)), apply(back, alpha), apply(back, linear)
+    own_speed, own_gain = scale(speed, joint.axis), scale(gain, joint.axis)
+    if joint.prismatic:
+        linear = add(linear, own_gain, scale(2.0, cross(omega, own_speed)))
+    else:
+        alpha = add(alpha, own_gain, cross(omega, own_speed))
+        omega = add(omega, own_speed)
+    return once((omega, alpha, linear))
+
+
+def _acceleration_gradient(omega: Vec3, alpha: Vec3) -> Mat3:
+    """[α]× + [ω]×²: the acceleration of a link's point grows with its place as this matrix."""
+    x, y, z = omega
+    xx, yy, zz = times(x, x), times(y, y), times(z, z)
+    xy, xz, yz = times(x, y), times(x, z), times(y, z)
+    return (
+        (times(-1.0, plus(yy, zz)), minus(xy, alpha[2]), plus(xz, alpha[1])),
+        (plus(xy, alpha[2]), times(-1.0, plus(xx, zz)), minus(yz, alpha[0])),
+        (minus(xz, alpha[1]), plus(yz, alpha[0]), times(-1.0, plus(xx, yy))),
+    )
+
+
+def _wrench(
+    body: Body, omega: Vec3, alpha: Vec3, linear: Vec3, gradient: Mat3
+) -> tuple[Vec3, Vec3]:
+    """Force and moment about the frame's origin that a link's motion takes: Newton and Euler."""
+    force = add(scale(body.mass, linear), apply(gradient, body.moment))
+    gyroscopic = cross(omega, once(apply(body.inertia, omega)))
+    moment = add(apply(body.inertia, alpha), gyroscopic, cross(body.moment, linear))
+    return force, moment
+
+
+def _wrench_before(joint: Joint, force: Vec3, moment: Vec3) -> tuple[Vec3, Vec3]:
+    """A wrench at the link of `joint` as one at the link before."""
+    force = once(apply(joint.rotation, force))
+    return force, add(apply(joint.rotation, moment), cross(joint.offset, force))
+
+
+def _momentum(joint: Joint, body: Body) -> tuple[Vec3, Vec3]:
+    """Momentum and angular momentum about the origin of a body that a joint moves at unit speed."""
+    if joint.prismatic:
+        return scale(body.mass, joint.axis), cross(body.moment, joint.axis)
+    return cross(joint.axis, body.moment), apply(body.inertia, joint.axis)
+
+
+def _along(joint: Joint, force: Vec3, moment: Vec3) -> Component:
+    return dot(joint.axis, force if joint.prismatic else moment)
+
+
+def _in_link_before(joint: Joint, body: Body) -> Body:
+    """A body that `joint` carries, about the origin and in the axes of the link before."""
+    moment = once(apply(joint.rotation, body.moment))
+    turned = Body(body.mass, moment, symmetric_change(joint.rotation, body.inertia))
+    return shifted(turned, joint.offset)

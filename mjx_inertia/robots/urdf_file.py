@@ -1,0 +1,154 @@
+"""A URDF file as a tree of links.
+
+In: a path. Out: `LinkTree`. Only links, joints and inertial elements are read, so meshes and
+`package://` addresses need not be there. Masses that geometry alone would give are not made up.
+"""
+
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from mjx_inertia.robots.link_tree import LinkTree, TreeJoint, TreeLink
+from mjx_inertia.robots.rigid_links import link as link_of
+from mjx_inertia.robots.rigid_links import pose
+from mjx_inertia.spatial import InertialParameters, Pose
+
+_GRAVITY = (0.0, 0.0, -9.81)
+_UPPER = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
+
+
+def read_urdf(path: Path, root: ET.Element) -> LinkTree:
+    """The links of a file, its first link as the world.
+
+    Args:
+      path: of the file, for messages.
+      root: its element `robot`.
+
+    Raises:
+      ValueError: links that nothing joins, or elements that are not as URDF defines them.
+    """
+    elements = {_text(e, "name", "a link", path): e for e in root.findall("link")}
+    joints: dict[str, ET.Element] = {}
+    for joint in root.findall("joint"):
+        child = _end(joint, "child", elements, path)
+        _end(joint, "parent", elements, path)
+        if child in joints:
+            raise ValueError(f"{path}: link {child!r} is the child of two joints")
+        joints[child] = joint
+    roots = [name for name in elements if name not in joints]
+    if len(roots) != 1:
+        raise ValueError(f"{path}: expected one link without a parent, found {roots or 'none'}")
+    bound = {m.get("joint") for j in joints.values() for m in j.findall("mimic")}
+    order, links = {roots[0]: 0}, [_link(path, roots[0], elements[roots[0]], -1, None, bound)]
+    waiting = [roots[0]]
+    while waiting:
+        parent = waiting.pop(0)
+        for child, joint in joints.items():
+            if _end(joint, "parent", elements, path) == parent:
+                order[child] = len(links)
+                links.append(_link(path, child, elements[child], order[parent], joint, bound))
+                waiting.append(child)
+    if len(order) < len(elements):
+        lost = [name for name in elements if name not in order]
+        raise ValueError(f"{path}: links {lost} do not hang on {roots[0]!r}: a loop of joints")
+    frames = {name: (i, Pose.identity()) for name, i in order.items()}
+    return LinkTree(str(path), root.get("name", path.stem), links, frames, np.array(_GRAVITY))
+
+
+def _link(
+    path: Path,
+    name: str,
+    element: ET.Element,
+    parent: int,
+    joint: ET.Element | None,
+    bound: set[str | None],
+) -> TreeLink:
+    T = Pose.identity() if joint is None else _origin(joint, path)
+    moves = None
+    if joint is not None and joint.get("type") != "fixed":
+        moves = _joint(joint, bound, path)
+    return TreeLink(name, parent, T, T, moves, _inertial(element, name, path))
+
+
+def _joint(joint: ET.Element, bound: set[str | None], path: Path) -> TreeJoint:
+    name, kind = _text(joint, "name", "a joint", path), joint.get("type", "")
+    axis = np.array([1.0, 0.0, 0.0])
+    if (element := joint.find("axis")) is not None:
+        axis = np.array(_numbers(element, "xyz", 3, f"axis of joint {name!r}", path))
+    length = np.linalg.norm(axis)
+    if not length > 0.0:
+        raise ValueError(f"{path}: the axis of joint {name!r} is zero")
+    limit = joint.find("limit")
+
+    def stated(key: str, otherwise: float) -> float:
+        if limit is None or limit.get(key) is None:
+            return otherwise
+        return _numbers(limit, key, 1, f"limit of joint {name!r}", path)[0]
+
+    # limits of a continuous joint are those of speed and effort alone
+    bounded = kind != "continuous"
+    coupled = "mimic" if joint.find("mimic") is not None or name in bound else ""
+    return TreeJoint(
+        name=name,
+        kind=_KINDS.get(kind, kind or "of no type"),
+        axis=np.where(abs(axis / length) < 1e-15, 0.0, axis / length),
+        lower=stated("lower", 0.0) if bounded else -np.inf,
+        upper=stated("upper", 0.0) if bounded else np.inf,
+        velocity=stated("velocity", np.inf),
+        torque=stated("effort", np.inf),
+        coupled=coupled,
+    )
+
+
+def _inertial(element: ET.Element, name: str, path: Path) -> InertialParameters | None:
+    inertial = element.find("inertial")
+    if inertial is None:
+        return None
+    mass, tensor = inertial.find("mass"), inertial.find("inertia")
+    if mass is None or tensor is None:
+        raise ValueError(f"{path}: the inertial element of link {name!r} lacks mass or inertia")
+    where = f"inertial element of link {name!r}"
+    upper = [_numbers(tensor, key, 1, where, path)[0] for key in _UPPER]
+    (kg,) = _numbers(mass, "value", 1, where, path)
+    return link_of(kg, [0.0, 0.0, 0.0], upper, _origin(inertial, path))
+
+
+def _origin(element: ET.Element, path: Path) -> Pose:
+    origin = element.find("origin")
+    if origin is None:
+        return Pose.identity()
+    zeros = "0 0 0"
+    where = f"origin of {element.get('name', element.tag)!r}"
+    values = {key: origin.get(key, zeros) for key in ("xyz", "rpy")}
+    filled = ET.Element("origin", values)
+    return pose(*(_numbers(filled, key, 3, where, path) for key in ("xyz", "rpy")))
+
+
+def _end(joint: ET.Element, kind: str, links: dict[str, ET.Element], path: Path) -> str:
+    element = joint.find(kind)
+    name = "" if element is None else element.get("link", "")
+    if name not in links:
+        raise ValueError(
+            f"{path}: the {kind} of joint {joint.get('name')!r}, {name!r}, is no link of the file"
+        )
+    return name
+
+
+def _text(element: ET.Element, key: str, what: str, path: Path) -> str:
+    value = element.get(key)
+    if not value:
+        raise ValueError(f"{path}: {what} has no `{key}`")
+    return value
+
+
+def _numbers(element: ET.Element, key: str, count: int, what: str, path: Path) -> list[float]:
+    text = element.get(key, "")
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) != count or not np.isfinite(values).all():
+        raise ValueError(f"{path}: `{key}` of the {what} is {text!r}; expected {count} number(s)")
+    return values
