@@ -49,7 +49,7 @@ def test_one_scene_for_all_is_a_scene_for_each():
     the origin of the object's frame is.
     """
     settings = SceneSettings()
-    names = ("rock", "tank")
+    names = ("tank",)
     protocol = dataclasses.replace(QUICK, names=names, pushes_per_object=2)
     plan = shapes_plan(protocol, seed=0, tip_height=0.02)
 

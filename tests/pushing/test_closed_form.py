@@ -113,8 +113,7 @@ OUTLINES = {
 }
 
 
-@pytest.mark.parametrize("name", OUTLINES)
-@pytest.mark.parametrize("table", ["limit_surface", "pads"])
+@pytest.mark.parametrize(("table", "name"), [("limit_surface", "L"), ("pads", "hexagon")])
 def test_prisms_move_as_in_mjx(float64, table, name):
     """Tips at random places along the outline, away from corners: accelerations to 1e-4.
 

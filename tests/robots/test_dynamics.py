@@ -87,6 +87,7 @@ def test_the_jacobian_is_the_derivative_of_the_hand(arm):
         np.testing.assert_allclose(residual, 0.0, atol=1e-11)
 
 
+@pytest.mark.slow  # two programs of derivatives to compile
 def test_derivatives_in_the_state_and_in_every_figure_of_the_arm(arm):
     q, qd, qdd = (jnp.asarray(x[0]) for x in states(4, 1))
 

@@ -162,5 +162,5 @@ def test_rings_of_the_tensor_object_shift_inertia_not_mass():
     ring = (load_catalogue("tensor_object")["tensor_object"].parts)[2]
     gained = 2 * ring.density * ring.mesh.volume * (0.14**2 - 0.08**2)
     np.testing.assert_allclose(np.diag(moved - inertia), [0.0, gained, gained], atol=1e-9)
-    with pytest.raises(ValueError, match=r"tensor_object: y_plus: 0\.3 m is off the arm"):
+    with pytest.raises(ValueError, match=r"y_plus: 0\.3 m is off the arm"):
         solid("tensor_object", y_plus=0.3)
