@@ -35,7 +35,6 @@ from mjx_inertia.grasping import (
     GraspCosts,
     GraspMotion,
     GraspStatus,
-    ObjectMotion,
     PayloadBelief,
     SoftFinger,
     belief_of_ten_numbers,
@@ -43,16 +42,16 @@ from mjx_inertia.grasping import (
     evaluate_grasps,
     grasp_costs,
     gripping_force,
+    hands_of,
     knee,
     linear_cost,
+    object_motion,
     object_path,
     pareto_set,
-    pose_on,
     regret,
     sample_grasps,
     sampled_cost,
 )
-from mjx_inertia.grasping.object_path import carried
 from mjx_inertia.objects import ObjectModel, load_catalogue
 from mjx_inertia.pareto import hypervolume
 from mjx_inertia.robots import Arm, baxter
@@ -128,8 +127,7 @@ def many_grasps(
     begin = time.perf_counter()
     sample = sample_grasps(model, WIDE, count, seed=seed)
     sampling_s = time.perf_counter() - begin
-    hands = Pose.from_se3(sample.grasps.T_obj_hand)
-    hands = jax.tree.map(lambda x: jnp.asarray(x, float), hands)
+    hands = hands_of(sample.grasps, WIDE)
     body = jax.tree.map(np.asarray, model.inertial)
     path = object_path(TASKS[CARRY], start, body.com)
     begin = time.perf_counter()
@@ -185,7 +183,8 @@ def robust_choice(
     belief = belief_of_ten_numbers(body, np.diag(deviations**2))
 
     holds = jax.tree.map(lambda x: x[rows], contacts)
-    moments = object_motions(start, body)
+    path = object_path(TASKS[CARRY], start, body.com)
+    moments = jax.tree.map(lambda x: x[::2], object_motion(path))
 
     @jax.jit
     def energy(payload: InertialParameters) -> Array:
@@ -208,19 +207,6 @@ def robust_choice(
         "energy": judged(energy, body, belief, key),
         "gripping_force": judged(squeeze, body, belief, key),
     }
-
-
-def object_motions(start: Pose, body: InertialParameters) -> ObjectMotion:
-    """How the object moves at every second waypoint."""
-    path = object_path(TASKS[CARRY], start, body.com)
-
-    def at(move: Array, s: Array, rate: Array, gain: Array) -> ObjectMotion:
-        pose, xi, bend = carried(lambda s: pose_on(path, move, s), s)
-        twist, change = rate * xi, gain * xi + rate**2 * bend
-        return ObjectMotion(pose.rotation, change[:3], twist[3:], change[3:])
-
-    found = jax.vmap(at)(path.move, path.s, path.rate, path.acceleration)
-    return jax.tree.map(lambda x: x[::2], found)
 
 
 def judged(

@@ -160,6 +160,7 @@ def test_costs_fall_and_end_at_the_last_one(clean):
     assert (search.iterations[GOOD] <= SETTINGS.iterations).all()
 
 
+@pytest.mark.slow  # many fits
 def test_errors_under_noise_are_as_large_as_said(plan, exact, truth):
     """z-scores of the seven unknowns of the good pushes; two draws of the noise."""
     scores = []

@@ -219,6 +219,7 @@ def test_payload_in_the_generated_model(held):
     close(ours["mass_matrix"][:1], matrix[None])
 
 
+@pytest.mark.slow  # derivatives to compile
 def test_derivatives_in_payload_grasp_and_state(held):
     states, payload, T_hand_obj, _ = held
     q, payload, T = jax.tree.map(lambda x: x[0], (states[0], payload, T_hand_obj))

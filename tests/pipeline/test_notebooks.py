@@ -7,10 +7,17 @@ import nbformat
 import pytest
 
 ROOT = Path(__file__).parents[2]
+LONG = ("01_objects",)  # a minute of compilation
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=pytest.mark.slow if path.stem in LONG else (), id=path.stem)
+        for path in NOTEBOOKS
+    ],
+)
 def test_a_notebook_runs(path):
     """In a process of its own, like a reader's; compiled programs come from the same cache."""
     notebook = nbformat.read(path, as_version=4)

@@ -62,6 +62,7 @@ def test_run_writes_results_and_a_report(store, tmp_path):
     assert "boosted" in run.stdout and "warp" not in run.stdout
 
 
+@pytest.mark.slow  # two runs of the main job
 def test_the_same_seed_gives_the_same_table(store, tmp_path):
     """Signals are stored already; features, noise, splits and trees must repeat."""
     settings, text = compose([*SMALL, f"dataset.path={store}"])

@@ -191,6 +191,7 @@ def test_reverse_mode_equals_forward_mode(results, xml):
         assert (np.abs(found[i] - forward[i, 0]) <= 1e-8 * largest(forward[i, 0])).all()
 
 
+@pytest.mark.slow  # another program to compile
 def test_float32_is_finite_and_near(results):
     """Values within 1e-4 of those of float64, derivatives within 1 % of their largest entry."""
     model, found, forward = results(BALL)

@@ -68,6 +68,7 @@ def test_a_panda_is_that_of_mujoco(panda_file):
     assert_same(ours, expected)
 
 
+@pytest.mark.slow  # an arm more to compile
 def test_a_urdf_with_a_gripper_is_that_of_pinocchio(tmp_path):
     text = baxter_urdf("right").replace("</robot>", GRIPPER)
     path = tmp_path / "arm.urdf"
