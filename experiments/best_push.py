@@ -49,6 +49,7 @@ from mjx_inertia.estimators.sysid.next_push import (
 )
 from mjx_inertia.evaluation import draw_bound_maps, draw_sequences
 from mjx_inertia.evaluation.appearance import styled
+from mjx_inertia.experiment import read_options
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushRecord, Scene, SceneSettings, build_scene
 
@@ -63,6 +64,17 @@ TYPICAL = {
 # face, offset, angle (degrees), speed (m/s), acceleration (m/s²) of the pushes of the check
 CHECKED = ((0, 0.6, -25.0, 0.2, 2.0), (0, -0.4, 30.0, 0.1, math.inf), (1, 0.3, -30.0, 0.15, 1.0))
 BODY = ("mass", "inertia", "com")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    objects: int = 8
+    draws: int = 200
+    rounds: int = 4
+    random_rounds: int = 7
+    parts: tuple[str, ...] = ("check", "maps", "sequence", "rate")
 
 
 def half_and_radius(edge: float) -> tuple[np.ndarray, float]:
@@ -363,22 +375,21 @@ def summary(table: np.ndarray, chooses: np.ndarray, rounds: int) -> dict[str, An
 
 def main() -> None:
     """Runs the three parts; the last line is JSON."""
-    given = dict(a.split("=") for a in sys.argv[1:])
-    parts = given.pop("parts", "check,maps,sequence,rate").split(",")
-    options = {"objects": 8, "draws": 200, "rounds": 4, "random_rounds": 7}
-    options |= {k: int(v) for k, v in given.items()}
+    options = read_options(Options, sys.argv[1:])
     runtime.configure(float64=True)
     settings = SysidSettings(progress=False, iterations=20, coarse=0.3)
     lab = Lab(build_scene(cube(EDGE, 1.0), SceneSettings()), settings)
-    sequence = options["objects"], options["rounds"], options["random_rounds"]
+    sequence = options.objects, options.rounds, options.random_rounds
     what = {
-        "check": lambda: check(lab, options["draws"]),
+        "check": lambda: check(lab, options.draws),
         "maps": lambda: contact_and_acceleration(lab),
         "sequence": lambda: campaign(lab, *sequence),
         "rate": lambda: sampling(lab),
     }
+    if unknown := set(options.parts) - set(what):
+        raise SystemExit(f"error: parts {sorted(unknown)}: choose from {', '.join(what)}")
     result: dict[str, Any] = {"experiment": "best_push"}
-    for part in parts:
+    for part in options.parts:
         begun = time.perf_counter()
         result |= what[part]()
         print(f"{part}: {time.perf_counter() - begun:.0f} s", flush=True)

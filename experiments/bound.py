@@ -11,6 +11,7 @@ noise is that of the data plus a floor of 0.02 N, 0.2 N mm, 0.2 mm/s and 2 mrad/
 import functools
 import json
 import sys
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +20,7 @@ import numpy as np
 from mjx_inertia import runtime
 from mjx_inertia.dataset import CubesProtocol, cubes_plan
 from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS, PushPlan, take
+from mjx_inertia.experiment import read_options
 from mjx_inertia.features import FeatureSettings
 from mjx_inertia.features.signals import signals
 from mjx_inertia.objects import cube
@@ -27,6 +29,14 @@ from mjx_inertia.pushing import build_scene, simulate
 FLOOR = np.array([0.02, 0.02, 2e-4, 2e-4, 2e-4, 2e-3])  # f_x, f_y, m, u_x, u_y, ω
 NAMES = ("mass", "edge", "offset", "friction", "tip_friction", "tip_time_constant")
 STEP = 1e-4  # relative
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    pushes: int = 200
+    spread: float = 0.05  # of the noise, relative
 
 
 def varied(plan: PushPlan, name: str, change: float) -> PushPlan:
@@ -77,8 +87,8 @@ def prior(plan: PushPlan) -> np.ndarray:
 
 def main() -> None:
     """Prints the bound by speed, and one JSON line."""
-    options = dict(a.split("=") for a in sys.argv[1:])
-    pushes, spread = int(options.get("pushes", 200)), float(options.get("spread", 0.05))
+    options = read_options(Options, sys.argv[1:])
+    pushes, spread = options.pushes, options.spread
     runtime.configure(float64=True)
     scene = build_scene(cube(0.15, 1.0))
     whole = cubes_plan(CubesProtocol(pushes_per_cube=10), seed=1)

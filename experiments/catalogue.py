@@ -14,6 +14,7 @@ import statistics
 import sys
 import tempfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import jax
@@ -24,6 +25,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia import runtime
+from mjx_inertia.experiment import read_options
 from mjx_inertia.objects import (
     CameraSettings,
     FusionSettings,
@@ -46,6 +48,15 @@ SEEN = ("wedge", "capsule", "torus", "l_shape", "clay_brick", "rock", "dog", "mu
 NOISE = 0.001  # m
 MASS_ERROR = 0.01  # standard deviation of the mass, relative
 VOXELS_MM = (8.0, 4.0, 2.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    draws: int = 12
+    cells: int = 56
+    seen: tuple[str, ...] = SEEN
 
 
 def largest_difference(
@@ -141,11 +152,11 @@ def seen_by_cameras(obj: ObjectModel, seed: int, draws: int, cells: int) -> dict
 
 def main() -> None:
     """Measures, prints tables, and one JSON line."""
-    options = dict(a.split("=") for a in sys.argv[1:])
-    draws, cells = int(options.get("draws", 12)), int(options.get("cells", 56))
-    seen = options.get("seen", ",".join(SEEN)).split(",")
+    options = read_options(Options, sys.argv[1:])
     runtime.configure(devices=1, float64=True)
     objects = load_catalogue()
+    if unknown := set(options.seen) - set(objects):
+        raise SystemExit(f"error: seen {sorted(unknown)}: not in the catalogue")
     off = sorted((obj.pieces_error, name, len(obj.pieces)) for name, obj in objects.items())
     print("| object | pieces | volume off, % |\n| --- | --- | --- |")
     for error, name, count in off[::-1]:
@@ -156,7 +167,8 @@ def main() -> None:
     for edge, row in voxels.items():
         print(f"| {edge:g} | " + " | ".join(f"{x:.1e}" for x in row) + " |")
     views = {
-        name: seen_by_cameras(objects[name], seed, draws, cells) for seed, name in enumerate(seen)
+        name: seen_by_cameras(objects[name], seed, options.draws, options.cells)
+        for seed, name in enumerate(options.seen)
     }
     columns = next(iter(views.values()))
     print(f"| object | {' | '.join(columns)} |\n|{' --- |' * (len(columns) + 1)}")

@@ -25,6 +25,7 @@ import numpy as np
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import read_options
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import Scene, SceneSettings, StraightMotion, build_scene, object_parameters
 from mjx_inertia.pushing.rollout import State, initial_state, rollout
@@ -100,6 +101,13 @@ The same derivative computed in float32, against the float64 reference.
   assumes the minimum.
 - **In float32**: often to 1 %, but after a hard start errors reach 90 %.
 """
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    steps: int = 500  # of 1 ms
 
 
 @dataclass(frozen=True)
@@ -347,8 +355,7 @@ def document(rows: list[dict], headline: dict) -> str:
 def main() -> None:
     """Measures, prints and writes the tables, and prints one JSON line."""
     begin = time.perf_counter()
-    options = dict(a.split("=") for a in sys.argv[1:])
-    duration = 1e-3 * int(options.get("steps", 500))
+    duration = 1e-3 * read_options(Options, sys.argv[1:]).steps
     runtime.configure(devices=1, float64=True)
     rows = []
     for timestep in TIMESTEPS:

@@ -28,6 +28,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import read_options
 from mjx_inertia.grasping import (
     PARALLEL_JAW_80MM,
     TASKS,
@@ -41,19 +42,16 @@ from mjx_inertia.grasping import (
     draw_payloads,
     evaluate_grasps,
     grasp_costs,
-    gripping_force,
+    greatest_gripping_force,
     hands_of,
-    knee,
     linear_cost,
-    object_motion,
     object_path,
-    pareto_set,
     regret,
     sample_grasps,
     sampled_cost,
 )
 from mjx_inertia.objects import ObjectModel, load_catalogue
-from mjx_inertia.pareto import hypervolume
+from mjx_inertia.pareto import hypervolume, knee, pareto_set
 from mjx_inertia.robots import Arm, baxter
 from mjx_inertia.spatial import InertialParameters, Pose
 
@@ -67,6 +65,14 @@ PAD = SoftFinger(friction=0.5)
 UNCERTAIN = 400  # grasps of the robust choice
 # standard deviations: of the mass, relative; of the CoM, m; of the tensor, relative to its trace
 DOUBT = {"mass": 0.05, "com": 0.02, "inertia": 0.05}
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    grasps: int = 5000
+    seed: int = 0
 
 
 def cuboid() -> tuple[ObjectModel, Pose]:
@@ -184,7 +190,6 @@ def robust_choice(
 
     holds = jax.tree.map(lambda x: x[rows], contacts)
     path = object_path(TASKS[CARRY], start, body.com)
-    moments = jax.tree.map(lambda x: x[::2], object_motion(path))
 
     @jax.jit
     def energy(payload: InertialParameters) -> Array:
@@ -193,13 +198,8 @@ def robust_choice(
 
         return jax.vmap(one)(some, motions)
 
-    @jax.jit
     def squeeze(payload: InertialParameters) -> Array:
-        def one(contact: Contacts) -> Array:
-            at = lambda moment: gripping_force(contact, PAD, payload, moment, arm.gravity)  # noqa: E731
-            return jnp.max(jax.vmap(at)(moments))
-
-        return jax.vmap(one)(holds)
+        return greatest_gripping_force(holds, PAD, payload, path, arm.gravity)
 
     key = jax.random.key(seed)
     return {
@@ -275,20 +275,15 @@ def save(figure: Any, name: str) -> None:
 
 def main() -> None:
     """Tables, figures and one JSON line."""
-    options = {"grasps": 5000, "seed": 0}
-    for argument in sys.argv[1:]:
-        name, _, value = argument.partition("=")
-        if name not in options or not value.isdigit():
-            raise SystemExit(f"error: {argument}: expected grasps=N or seed=N")
-        options[name] = int(value)
+    options = read_options(Options, sys.argv[1:])
     begin = time.perf_counter()
     runtime.configure(float64=True)
     arm = baxter("left")
     model, start = cuboid()
     result: dict[str, Any] = {"experiment": "grasp_conflict", **ten_grasps(arm, model, start)}
-    result["sampled"], found, sampled = many_grasps(arm, model, start, **{
-        "count": options["grasps"], "seed": options["seed"]})  # fmt: skip
-    result["robust"] = robust_choice(arm, model, start, found, sampled, options["seed"])
+    many = many_grasps(arm, model, start, options.grasps, options.seed)
+    result["sampled"], found, sampled = many
+    result["robust"] = robust_choice(arm, model, start, found, sampled, options.seed)
     print(platform.processor() or platform.machine(), provenance())
     print(json.dumps({**result, "seconds": round(time.perf_counter() - begin, 1)}))
 

@@ -49,29 +49,28 @@ BOOK_PLACE, DISK_PLACE = (0.62, 0.2, 0.02), (0.6, 0.25, -0.1)
 NOTHING = 1e-9  # kg in the hand, for what the arm alone costs
 
 
-def book() -> tuple[InertialParameters, Pose]:
-    """The book on its long edge with its middle as origin, and hands at two of its edges.
+def book() -> tuple[InertialParameters, Pose, Pose]:
+    """The book, hands at two of its edges, and its pose at the start, on its long edge.
 
-    Two from the side to the robot's left and four from above; the fingers close across the covers,
-    along x. The other side is out of the left arm's reach.
+    Its length is then along y, its width along z. Two hands come from the side to the robot's left
+    and four from above; the fingers close across the covers. The other side is out of the left
+    arm's reach.
     """
     model = load_catalogue("book")["book"]
-    length, width, thickness = 2.0 * np.asarray(model.half_extents)
-    flat = jax.tree.map(np.asarray, model.inertial)
+    middle, half = np.asarray(model.center), np.asarray(model.half_extents)
     upright = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    com = upright @ (flat.com - [*np.asarray(model.center[:2]), 0.5 * thickness])
-    body = InertialParameters(flat.mass, com, upright @ flat.inertia @ upright.T)
+    start = Pose(upright, np.array(BOOK_PLACE) - upright @ middle)
     deep = 0.02  # of the fingers over the edge
-    y, z = 0.5 * length - deep, 0.5 * width - deep
-    side, above = (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)
-    grips = [((0.0, y, -0.03), side), ((0.0, y, 0.03), side)]
-    grips += [((0.0, along, z), above) for along in (0.08, 0.03, -0.03, -0.08)]
+    x, y = half[:2] - deep
+    side, above, closing = (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)
+    grips = [((x, -0.03, 0.0), side), ((x, 0.03, 0.0), side)]
+    grips += [((along, y, 0.0), above) for along in (0.08, 0.03, -0.03, -0.08)]
     rotations = [
-        np.stack([np.cross([1.0, 0.0, 0.0], approach), [1.0, 0.0, 0.0], approach], axis=1)
-        for _, approach in grips
+        np.stack([np.cross(closing, approach), closing, approach], axis=1) for _, approach in grips
     ]
-    places = np.array([place for place, _ in grips])
-    return body, Pose(jnp.asarray(np.array(rotations)), jnp.asarray(places))
+    places = middle + np.array([place for place, _ in grips])
+    hands = Pose(jnp.asarray(np.array(rotations)), jnp.asarray(places))
+    return jax.tree.map(np.asarray, model.inertial), hands, start
 
 
 def disk() -> tuple[InertialParameters, Pose]:
@@ -175,13 +174,13 @@ def draw(name: str, labels: list[str], found: dict[str, dict[str, np.ndarray]]) 
 
 def main() -> None:
     """Tables, figures and one JSON line."""
-    start = time.perf_counter()
+    begin = time.perf_counter()
     runtime.configure(devices=1, float64=True)
     arm = baxter("left")
     result: dict[str, Any] = {"experiment": "grasp_effort"}
     cases = []
-    body, hands = book()
-    starts = [Pose(np.eye(3), np.array(BOOK_PLACE))] * len(hands.translation)
+    body, hands, start = book()
+    starts = [start] * len(hands.translation)
     cases.append(("book", body, hands, PRIMITIVES, starts, [str(i + 1) for i in range(6)]))
     body, hands = disk()
     still = [Pose(np.eye(3), np.array(DISK_PLACE))] * len(ANGLES)
@@ -197,7 +196,7 @@ def main() -> None:
         result[name] = report(name, labels, found)
         draw(name, labels, found)
     print(platform.processor() or platform.machine(), provenance())
-    print(json.dumps({**result, "seconds": round(time.perf_counter() - start, 1)}))
+    print(json.dumps({**result, "seconds": round(time.perf_counter() - begin, 1)}))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import json
 import platform
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from scipy.stats import spearmanr
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import read_options
 from mjx_inertia.grasping import (
     GraspMotion,
     Move,
@@ -47,6 +49,14 @@ HANDLE = 0.15  # m above the table on which the tensor object stands upright: wh
 BOOK_PLACE = (0.62, -0.2, -0.15)
 GRIPS = (-0.1, 0.0, 0.1)  # m along the spine
 OBSTACLES = {"pillar": Pillar(), "bottle": Bottle()}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    settings: int = 20
+    seed: int = 0
 
 
 def ring_settings(count: int, seed: int) -> list[InertialParameters]:
@@ -74,16 +84,15 @@ def tensor_motion(arm: Arm) -> tuple[GraspMotion, Pose]:
 def book_motions(arm: Arm) -> tuple[InertialParameters, GraspMotion, Pose]:
     """The book on its long edge, spine up and along y, held from above."""
     book = load_catalogue("book")["book"]
-    _, width, thickness = 2.0 * np.asarray(book.half_extents)
-    lying = jax.tree.map(np.asarray, book.inertial)
+    body = jax.tree.map(np.asarray, book.inertial)
+    middle, half = np.asarray(book.center), np.asarray(book.half_extents)
     # its cover was up: now its length is along y, its width along z, its thickness along x
     upright = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    middle = upright @ (lying.com - [*np.asarray(book.center[:2]), 0.5 * thickness])
-    body = InertialParameters(lying.mass, middle, upright @ lying.inertia @ upright.T)
-    down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # closing along x
-    places = np.array([[0.0, y, 0.5 * width - 0.02] for y in GRIPS])
+    start = Pose(upright, np.array(BOOK_PLACE) - upright @ middle)
+    down = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # closing along z
+    places = middle + np.array([[x, half[1] - 0.02, 0.0] for x in GRIPS])
     hands = Pose(jnp.tile(down, (len(GRIPS), 1, 1)), jnp.asarray(places))
-    path = object_path(TASK, Pose(np.eye(3), np.array(BOOK_PLACE)), middle)
+    path = object_path(TASK, start, body.com)
     return body, jax.jit(jax.vmap(lambda hand: plan_motion(arm, hand, path)))(hands), hands
 
 
@@ -146,18 +155,13 @@ def draw(name: str, time: np.ndarray, masses: np.ndarray, hits: list[dict[str, C
 
 def main() -> None:
     """Tables, figures and one JSON line."""
-    options = {"settings": 20, "seed": 0}
-    for argument in sys.argv[1:]:
-        name, _, value = argument.partition("=")
-        if name not in options or not value.isdigit():
-            raise SystemExit(f"error: {argument}: expected settings=N or seed=N")
-        options[name] = int(value)
+    options = read_options(Options, sys.argv[1:])
     start = time.perf_counter()
     runtime.configure(devices=1, float64=True)
     arm = baxter("right")
     motion, hand = tensor_motion(arm)
-    cases = [run(arm, body, motion, hand) for body in ring_settings(**{
-        "count": options["settings"], "seed": options["seed"]})]  # fmt: skip
+    bodies = ring_settings(options.settings, options.seed)
+    cases = [run(arm, body, motion, hand) for body in bodies]
     masses, hits = np.stack([case[0] for case in cases]), [case[1] for case in cases]
     result = table("tensor", masses, hits)
     draw("tensor", np.asarray(motion.time), masses, hits)

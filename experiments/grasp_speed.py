@@ -40,6 +40,7 @@ from scipy.spatial.transform import Rotation
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import read_options
 from mjx_inertia.grasping import (
     TASKS,
     GraspMotion,
@@ -57,6 +58,15 @@ PLACE = np.array([0.65, 0.3, -0.05])  # of the object in the world, m
 STATES = 400  # grasps times waypoints of a block: its intermediate arrays stay in a core's cache
 PARTS = 4  # of the rival's work for each process, so that none waits for the other
 TOGETHER = 20  # grasps whose small sums the rival takes at once; more or fewer are slower
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    grasps: int = 10_000
+    waypoints: int = 50
+    repeats: int = 5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -289,9 +299,8 @@ def relative(costs: ndarray, reference: ndarray) -> float:
 
 def main() -> None:
     """Plans, times both in turn, compares them, and prints one JSON line."""
-    options = dict(a.split("=") for a in sys.argv[1:])
-    count, waypoints = int(options.get("grasps", 10_000)), int(options.get("waypoints", 50))
-    repeats = int(options.get("repeats", 5))
+    options = read_options(Options, sys.argv[1:])
+    count, waypoints = options.grasps, options.waypoints
     jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure(float64=True)
     problem, planning = planned(baxter(), count, waypoints)
@@ -310,7 +319,7 @@ def main() -> None:
         }
         costs = {name: run() for name, run in runs.items()}  # what comes first is not timed
         seconds: dict[str, list[float]] = {name: [] for name in runs}
-        for _ in range(repeats):
+        for _ in range(options.repeats):
             for name, run in runs.items():
                 seconds[name].append(timed(run)[0])
     for name, values in seconds.items():

@@ -13,6 +13,7 @@ import json
 import platform
 import sys
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import jax
@@ -39,6 +40,7 @@ from mjx_inertia.estimators.sysid import (
     to_coordinates,
 )
 from mjx_inertia.evaluation import percent_difference
+from mjx_inertia.experiment import read_options
 from mjx_inertia.features import examples
 from mjx_inertia.features import take as take_rows
 from mjx_inertia.objects import cube
@@ -48,6 +50,13 @@ from mjx_inertia.sweep import tabulate
 
 DECIDED = 1 / 3  # bound over the belief's deviation, above which the belief decides
 UNITS = {"mass": "percent", "inertia": "percent", "com_x": "mm", "com_y": "mm"}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    pushes: int = 480
 
 
 def exact_records(settings: SimulatedSettings, plan: PushPlan) -> PushRecord:
@@ -183,15 +192,15 @@ def main() -> None:
     """Prints one line for each estimator and split, and one JSON line."""
     own = [a for a in sys.argv[1:] if a.startswith("identify.")]
     others = [a for a in sys.argv[1:] if a not in own]
-    options = {"pushes": "480", **dict(a.removeprefix("identify.").split("=") for a in own)}
+    options = read_options(Options, own, prefix="identify.")
     try:
         settings, _ = compose(["experiment=identify", *others])
         runtime.configure(settings.devices)
-        results = compare(settings, int(options["pushes"]))
+        results = compare(settings, options.pushes)
     except (ValueError, FileNotFoundError) as error:
         raise SystemExit(f"error: {error}") from None
     print(platform.processor() or platform.machine(), provenance())
-    print(json.dumps({"experiment": "identify", "pushes": int(options["pushes"]), **results}))
+    print(json.dumps({"experiment": "identify", "pushes": options.pushes, **results}))
 
 
 if __name__ == "__main__":

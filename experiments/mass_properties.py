@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib.metadata import version
 
 import jax
@@ -27,10 +28,19 @@ from numpy import ndarray
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import read_options
 from mjx_inertia.objects import mass_properties, polyhedron_properties
 from mjx_inertia.spatial import InertialParameters
 
 DENSITY = 1000.0  # kg/m³
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    meshes: int = 256
+    repeats: int = 7
 
 
 def unlike_meshes(count: int) -> list[trimesh.Trimesh]:
@@ -131,8 +141,8 @@ def compare(meshes: list[trimesh.Trimesh], repeats: int, *, shared: bool) -> dic
 
 def main() -> None:
     """Measures, prints all times of both, and one JSON line."""
-    options = dict(a.split("=") for a in sys.argv[1:])
-    count, repeats = int(options.get("meshes", 256)), int(options.get("repeats", 7))
+    options = read_options(Options, sys.argv[1:])
+    count, repeats = options.meshes, options.repeats
     jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure(devices=1, float64=True)
     unlike = unlike_meshes(count)

@@ -36,6 +36,7 @@ from mjx_inertia.dataset import (
 )
 from mjx_inertia.estimators import ESTIMATORS, Estimate, EstimateStatus
 from mjx_inertia.evaluation import percent_difference
+from mjx_inertia.experiment import read_options
 from mjx_inertia.features import take
 from mjx_inertia.objects import load_catalogue
 from mjx_inertia.pushing import PushStatus
@@ -60,6 +61,15 @@ TRAINING: dict[str, tuple[list[str], dict[str, Any]]] = {
     "full": (["dataset=full", "estimator.names=[mean,forest,boosted,mlp]"], {}),
     "shapes": (["dataset=shapes", "estimator.names=[mean,forest,boosted,mlp]"], {}),
 }  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    pushes: int = 20
+    sysid: int = 8
+    shapes: int = 4800
 
 
 def source_of(settings: SimulatedSettings) -> Source:
@@ -180,27 +190,21 @@ def draw(results: dict[str, dict[str, np.ndarray]], path: Path) -> None:
 
 def main() -> None:
     """Prints errors by object, writes the figure, and one JSON line."""
-    options = {"pushes": 20, "sysid": 8, "shapes": 4800}
-    for argument in sys.argv[1:]:
-        name, _, value = argument.removeprefix("novel.").partition("=")
-        if name not in options or not value.isdigit():
-            known = ", ".join(f"novel.{o}=N" for o in options)
-            raise SystemExit(f"error: {argument}: expected {known}")
-        options[name] = int(value)
+    options = read_options(Options, sys.argv[1:], prefix="novel.")
     runtime.configure()
     pushing = tuple(load_catalogue(category="Pushing"))
     names = (*TABLE_3_2, *(name for name in pushing if name not in TABLE_3_2))
     results: dict[str, dict[str, np.ndarray]] = {}
     for training, (overrides, changes) in TRAINING.items():
         more = list(overrides)
-        if training == "shapes" and options["shapes"] != 4800:
-            more += [f"dataset.protocol.objects={options['shapes']}",
-                     f"dataset.path=data/shapes-{options['shapes']}.zarr"]  # fmt: skip
+        if training == "shapes" and options.shapes != Options.shapes:
+            more += [f"dataset.protocol.objects={options.shapes}",
+                     f"dataset.path=data/shapes-{options.shapes}.zarr"]  # fmt: skip
         settings, _ = compose([*more, "progress=false"])
-        for name, found in learned(settings, names, options["pushes"], changes).items():
+        for name, found in learned(settings, names, options.pushes, changes).items():
             results[f"{training}.{name}"] = found
     settings, _ = compose(["dataset=full", "estimator=sysid", "estimator.names=[sysid]", SYSID])
-    results["sysid"] = identified(settings, names, options["pushes"], options["sysid"])
+    results["sysid"] = identified(settings, names, options.pushes, options.sysid)
     for method, errors in results.items():
         print(f"{method}: mean |error| of mass and I_zz, % (pushes with an answer)")
         for name, e in errors.items():

@@ -30,6 +30,7 @@ from mjx_inertia import runtime
 from mjx_inertia.dataset import SensorNoise, add_noise, provenance
 from mjx_inertia.estimators import EstimateStatus
 from mjx_inertia.estimators.sysid import SysidSettings, sysid
+from mjx_inertia.experiment import read_options
 from mjx_inertia.features import Examples
 from mjx_inertia.grasping import (
     PARALLEL_JAW_80MM,
@@ -78,7 +79,6 @@ from mjx_inertia.spatial import (
 )
 
 OUT = Path("outputs/experiments/push_to_grasp")
-OPTIONS: dict[str, Any] = {"object": "clay_brick", "grasps": 500, "pushes": 2, "seed": 0}
 TASK = "pick_and_place_1"
 PLACE = (0.6, 0.3, -0.15)  # of the object, in the robot's frame
 WIDE = dataclasses.replace(
@@ -90,6 +90,16 @@ SHAPE_STD = 0.01  # of the shape's log-Cholesky parameters: a scan of a simple b
 ERRORS = (1, 2, 5, 10, 20, 50)  # percent
 DRAWS = 300
 Cost = Callable[[InertialParameters], Float[Array, " n"]]
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    object: str = "clay_brick"
+    grasps: int = 500
+    pushes: int = 2
+    seed: int = 0
 
 
 def push(obj: ObjectModel, count: int, seed: int) -> tuple[PlanarInertia, np.ndarray, list[str]]:
@@ -305,28 +315,16 @@ def draw(results: dict[str, dict[str, Any]]) -> None:
     plt.close(figure)
 
 
-def options() -> dict[str, Any]:
-    """From the command line."""
-    chosen = dict(OPTIONS)
-    for argument in sys.argv[1:]:
-        name, _, value = argument.partition("=")
-        if name not in chosen or not (value if name == "object" else value.isdigit()):
-            known = ", ".join(f"{o}={v}" for o, v in OPTIONS.items())
-            raise SystemExit(f"error: {argument}: expected one of {known}")
-        chosen[name] = value if name == "object" else int(value)
-    return chosen
-
-
 def main() -> None:
     """Prints the estimate and the choices, draws the figure, and prints one JSON line."""
-    chosen, begin = options(), time.perf_counter()
+    options, begin = read_options(Options, sys.argv[1:]), time.perf_counter()
     runtime.configure(float64=True)
     try:
-        obj = load_catalogue([chosen["object"]])[chosen["object"]]
+        obj = load_catalogue([options.object])[options.object]
     except ValueError as error:
         raise SystemExit(f"error: {error}") from None
     truth = jax.tree.map(lambda x: jnp.asarray(x, float), obj.inertial)
-    pushed, covariance, statuses = push(obj, chosen["pushes"], chosen["seed"])
+    pushed, covariance, statuses = push(obj, options.pushes, options.seed)
     belief = belief_of_push(pushed, covariance, shape_of(obj))
     estimate = belief.center
     off = {
@@ -338,7 +336,7 @@ def main() -> None:
     print(f"{obj.name}, {float(truth.mass):.3f} kg, pushes {statuses}: estimate off by {off}")
     arm = baxter("left")
     sample = sample_grasps(
-        obj, WIDE, chosen["grasps"], seed=chosen["seed"], settings=SamplerSettings(above_table=True)
+        obj, WIDE, options.grasps, seed=options.seed, settings=SamplerSettings(above_table=True)
     )
     hands = hands_of(sample.grasps, WIDE)
     path = object_path(TASKS[TASK], Pose(np.eye(3), np.array(PLACE)), estimate.com)
@@ -360,7 +358,7 @@ def main() -> None:
         return greatest_gripping_force(contacts, PAD, payload, coarse, arm.gravity)
 
     coarse = object_path(TASKS[TASK], Pose(np.eye(3), np.array(PLACE)), estimate.com, 15)
-    size, key = np.asarray(obj.half_extents), jax.random.key(chosen["seed"])
+    size, key = np.asarray(obj.half_extents), jax.random.key(options.seed)
     everywhere = (belief, truth, size, np.asarray(within), key)
     results = {
         "effort": judged(effort, *everywhere),

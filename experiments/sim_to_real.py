@@ -45,6 +45,7 @@ from mjx_inertia.dataset.slider_plan import (
     sliders_plan,
 )
 from mjx_inertia.estimators import ESTIMATORS, BoostedSettings, MeanSettings, MlpSettings
+from mjx_inertia.experiment import read_options
 from mjx_inertia.features import Examples, examples, take
 from mjx_inertia.objects import cuboid
 from mjx_inertia.pushing import PushRecord, SceneSettings, build_scene, simulate
@@ -60,6 +61,15 @@ LEARNERS: dict[str, tuple[str, Any]] = {
     "mlp": ("series", MlpSettings(epochs=40, width=192)),
     "mean": ("moments", MeanSettings()),
 }
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    root: str = ""
+    pushes: int = 12_000
+    seed: int = 0
 
 
 @dataclass(frozen=True)
@@ -261,21 +271,17 @@ def headline(figures: dict[str, dict[str, Any]]) -> dict[str, float | int]:
 def main(arguments: Sequence[str]) -> None:
     """Simulates, trains, tests and prints."""
     start = time.perf_counter()
-    given = dict(argument.split("=", 1) for argument in arguments if "=" in argument)
-    unknown = set(given) - {"root", "pushes", "seed"} | {a for a in arguments if "=" not in a}
-    root = given.get("root") or os.environ.get("MJX_INERTIA_DATA")
-    if unknown:
-        raise SystemExit(f"error: {sorted(unknown)}: give root=PATH, pushes=N or seed=N")
+    options = read_options(Options, arguments)
+    root = options.root or os.environ.get("MJX_INERTIA_DATA")
     if not root:
         raise SystemExit("error: no real pushes: give root=PATH or set MJX_INERTIA_DATA to it")
     runtime.configure()
     try:
-        seed, pushes = int(given.get("seed", 0)), int(given.get("pushes", 12_000))
         real = load_mcube_folder(Path(root), rate=RATE, progress=False)
     except (ValueError, FileNotFoundError) as error:
         raise SystemExit(f"error: {error}") from None
-    batch = simulated(SlidersProtocol(pushes=pushes), seed)
-    figures = trained_and_tested(batch, real, seed)
+    batch = simulated(SlidersProtocol(pushes=options.pushes), options.seed)
+    figures = trained_and_tested(batch, real, options.seed)
     for name, by_rows in figures.items():
         for rows, values in by_rows.items():
             print(f"{name:14s} {rows:24s} {values}")

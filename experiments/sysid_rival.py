@@ -39,6 +39,7 @@ from mjx_inertia.estimators.sysid import (
     to_coordinates,
     to_parameters,
 )
+from mjx_inertia.experiment import read_options
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import (
     PushParameters,
@@ -67,6 +68,16 @@ RIVAL_TIP_MASS = 1e9  # kg; its tip keeps the speed that it starts with
 # With the default, 1e-8, and so heavy a tip the solver stops before its first iteration and forces
 # are wrong by many times the noise; 0 gives the forces of 1e-18 and takes three times as long.
 RIVAL_SOLVER_TOLERANCE = 1e-18
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    pushes: int = 64
+    rival_pushes: int = 8
+    speed: str = "0.04"  # m/s, or "all"
+    seed: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -401,12 +412,12 @@ def errors(problem: Problem, estimate: PushParameters) -> dict[str, float]:
 
 def main() -> None:
     """Fits, prints a line for each fit, and one JSON line."""
-    options = dict(a.split("=") for a in sys.argv[1:])
-    pushes, rival_pushes = int(options.get("pushes", 64)), int(options.get("rival_pushes", 8))
+    options = read_options(Options, sys.argv[1:])
     runtime.configure(float64=True)
     logging.set_verbosity(logging.ERROR)  # each sequence warns of sensors that are not measured
-    problem = make_problem(pushes, options.get("speed", "0.04"), int(options.get("seed", 1)))
-    chosen = np.linspace(0, len(problem) - 1, min(rival_pushes, len(problem))).round().astype(int)
+    problem = make_problem(options.pushes, options.speed, options.seed)
+    few = min(options.rival_pushes, len(problem))
+    chosen = np.linspace(0, len(problem) - 1, few).round().astype(int)
     shared = problem.take(chosen)
     print(f"{len(problem)} pushes, {len(shared)} of them for the rival; at the start:")
     print(errors(problem, problem.start))

@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import jax
 import mujoco
@@ -25,6 +26,7 @@ import numpy as np
 from mjx_inertia import runtime
 from mjx_inertia.dataset import CubesProtocol, cubes_plan, provenance
 from mjx_inertia.dataset.plan import PushPlan, take
+from mjx_inertia.experiment import read_options
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import (
     PushRecord,
@@ -36,6 +38,14 @@ from mjx_inertia.pushing import (
 )
 
 FULL = 48_000
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of the command line."""
+
+    pushes: int = 2400
+    repeats: int = 5
 
 
 def ours(scene: Scene, plans: list[PushPlan]) -> list[PushRecord]:
@@ -107,8 +117,8 @@ def timed(run: Callable[[], list]) -> tuple[float, list]:
 
 def main() -> None:
     """Measures, prints the median and spread of both, and one JSON line."""
-    options = dict(a.split("=") for a in sys.argv[1:])
-    pushes, repeats = int(options.get("pushes", 2400)), int(options.get("repeats", 5))
+    options = read_options(Options, sys.argv[1:])
+    pushes, repeats = options.pushes, options.repeats
     jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure()
     whole = cubes_plan(CubesProtocol(), seed=0)

@@ -1,15 +1,16 @@
-"""What the scripts of `experiments/` share: run a configured job, write its report, its headline.
+"""What the scripts of `experiments/` share: their options; a configured job, its report, headline.
 
-In: the name of a file in `configs/experiment/` and overrides. Out: the result, and on the last line
-of the output one JSON object.
+In: the command line, or the name of a file in `configs/experiment/` and overrides. Out: a record of
+options, or the result, and on the last line of the output one JSON object.
 """
 
 import json
+import math
 import platform
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
@@ -19,6 +20,60 @@ from mjx_inertia.sweep import SweepResult, run_sweep, write_outputs
 
 # Adds figures to the report and entries to the headline.
 Extra = Callable[[SweepSettings, SweepResult, Path], tuple[tuple[Section, ...], dict[str, Any]]]
+
+Options = TypeVar("Options")
+
+
+def read_options(
+    kind: Callable[..., Options], arguments: Sequence[str], prefix: str = ""
+) -> Options:
+    """A script's options, each given as `name=value`.
+
+    Args:
+      kind: a frozen dataclass whose fields have defaults: whole numbers, which are never negative,
+        floats, strings, or tuples of strings, given with commas between them.
+      arguments: of the command line.
+      prefix: of every name, as in `identify.pushes=480`; may be left out.
+
+    Raises:
+      SystemExit: an unknown name, or a value that is not what its default is.
+    """
+    defaults = vars(kind())
+    given = {}
+    for argument in arguments:
+        name, _, text = argument.removeprefix(prefix).partition("=")
+        if name not in defaults:
+            known = ", ".join(f"{prefix}{n}={_text(v)}" for n, v in defaults.items())
+            raise SystemExit(f"error: {argument}: expected some of {known}")
+        try:
+            given[name] = _value(text, defaults[name])
+        except ValueError as error:
+            raise SystemExit(f"error: {argument}: expected {error}") from None
+    return kind(**given)
+
+
+def _value(text: str, default: Any) -> int | float | str | tuple[str, ...]:
+    """`text` as the type of a default, or the `ValueError` that says what is expected."""
+    if isinstance(default, int):
+        if not text.isdecimal():
+            raise ValueError(f"a whole number that is not negative, as {default}")
+        return int(text)
+    if isinstance(default, float):
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise ValueError(f"a finite number, as {default}")
+        return number
+    words = tuple(text.split(",")) if isinstance(default, tuple) else (text,)
+    if not all(words):
+        raise ValueError("no empty value")
+    return words if isinstance(default, tuple) else text
+
+
+def _text(value: Any) -> str:
+    return ",".join(value) if isinstance(value, tuple) else str(value)
 
 
 def run_experiment(name: str, overrides: Sequence[str], extra: Extra | None = None) -> None:

@@ -47,16 +47,6 @@ from mjx_inertia.grasping.payload_belief import (
 )
 from mjx_inertia.grasping.ranking import CRITERIA, GraspRanking, hands_of, rank_grasps
 from mjx_inertia.grasping.sampler import GraspSample, SamplerSettings, grasps_along, sample_grasps
-from mjx_inertia.grasping.selection import (
-    NONE,
-    best_per_metric,
-    knee,
-    normalised,
-    pareto_ranks,
-    pareto_set,
-    succeeded,
-    weighted_choice,
-)
 from mjx_inertia.grasping.two_soft_fingers import least_normal_force, least_squeeze
 from mjx_inertia.grasping.uncertainty import (
     Regret,
@@ -77,7 +67,6 @@ __all__ = [
     "BAXTER_GRIPPER",
     "CRITERIA",
     "METRICS",
-    "NONE",
     "PARALLEL_JAW_80MM",
     "TASKS",
     "AlongPath",
@@ -106,7 +95,6 @@ __all__ = [
     "antipodal_margin",
     "belief_of_push",
     "belief_of_ten_numbers",
-    "best_per_metric",
     "conditioning",
     "draw_payloads",
     "effective_mass",
@@ -123,18 +111,14 @@ __all__ = [
     "hands_of",
     "holding_wrench",
     "is_force_closure",
-    "knee",
     "least_normal_force",
     "least_squeeze",
     "linear_cost",
-    "normalised",
     "object_inertia",
     "object_motion",
     "object_path",
     "operational_dynamics",
     "operational_inertia",
-    "pareto_ranks",
-    "pareto_set",
     "payloads_at",
     "plan_motion",
     "pose_on",
@@ -144,10 +128,8 @@ __all__ = [
     "regret",
     "sample_grasps",
     "sampled_cost",
-    "succeeded",
     "twist_manipulability",
     "velocity_manipulability",
-    "weighted_choice",
     "with_payload",
     "wrench_ellipsoid_volume",
     "wrench_hull",

@@ -1,19 +1,39 @@
-"""Many costs at once: dominance, fronts, crowding and hypervolume; lower costs are better."""
+"""Many costs at once: dominance, fronts, crowding, hypervolume and choice; lower is better."""
 
+from mjx_inertia.pareto.choice import (
+    best_per_metric,
+    knee,
+    normalised,
+    pareto_ranks,
+    pareto_set,
+    succeeded,
+    weighted_choice,
+)
 from mjx_inertia.pareto.crowding import crowding_distance
 from mjx_inertia.pareto.dominance import (
+    NONE,
     UNRANKED,
     dominates,
     is_non_dominated,
     non_dominated_ranks,
 )
 from mjx_inertia.pareto.hypervolume import hypervolume
+from mjx_inertia.pareto.inverted_generational_distance import inverted_generational_distance
 
 __all__ = [
+    "NONE",
     "UNRANKED",
+    "best_per_metric",
     "crowding_distance",
     "dominates",
     "hypervolume",
+    "inverted_generational_distance",
     "is_non_dominated",
+    "knee",
     "non_dominated_ranks",
+    "normalised",
+    "pareto_ranks",
+    "pareto_set",
+    "succeeded",
+    "weighted_choice",
 ]

@@ -9,7 +9,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-UNRANKED = -1
+UNRANKED = -1  # the front of a row that takes no part
+NONE = -1  # no row, where every row failed
 _BLOCK = 128
 
 

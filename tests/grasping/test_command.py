@@ -114,11 +114,10 @@ def test_the_gripping_force_is_that_of_the_hardest_moment(mug, grasps):
     found = greatest_gripping_force(contacts, pad, body_of(mug), path, gravity)
     motion: ObjectMotion = object_motion(path)
 
-    def every(contact):
-        at = lambda moment: gripping_force(contact, pad, body_of(mug), moment, gravity)  # noqa: E731
-        return jax.vmap(at)(motion)
+    def force(contact, moment):
+        return gripping_force(contact, pad, body_of(mug), moment, gravity)
 
-    each = jax.jit(jax.vmap(every))(contacts)
+    each = jax.jit(jax.vmap(jax.vmap(force, (None, 0)), (0, None)))(contacts, motion)
     np.testing.assert_allclose(found, np.asarray(each).max(axis=1), rtol=1e-9)
 
 

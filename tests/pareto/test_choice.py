@@ -1,11 +1,12 @@
-"""Choosing: failed grasps never, and the rest by definitions written out in NumPy."""
+"""Choosing: failed rows never, and the rest by definitions written out in NumPy."""
 
 import jax
 import numpy as np
 import pytest
 
-from mjx_inertia.grasping import (
+from mjx_inertia.pareto import (
     NONE,
+    UNRANKED,
     best_per_metric,
     knee,
     normalised,
@@ -13,7 +14,12 @@ from mjx_inertia.grasping import (
     pareto_set,
     weighted_choice,
 )
-from mjx_inertia.pareto import UNRANKED
+
+
+@pytest.fixture(autouse=True)
+def float64():
+    with jax.enable_x64(True):
+        yield
 
 
 def table():

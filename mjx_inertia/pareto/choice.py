@@ -1,8 +1,8 @@
-"""Which of many grasps to take.
+"""Which of many rows to take.
 
-In: a table of costs, one row per grasp and one column per metric, lower is better; NaN or infinite
-is a grasp that failed. Out: rows. Failed grasps are never chosen, and a failure in one column is a
-failure of the grasp for every choice that looks at this column.
+In: a table of costs, one row per candidate and one column per metric, lower is better; NaN or
+infinite is a failure. Out: rows. Failed rows are never chosen, and a failure in one column is a
+failure of the row for every choice that looks at this column.
 """
 
 from collections.abc import Sequence
@@ -13,28 +13,25 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.pareto import is_non_dominated, non_dominated_ranks
-from mjx_inertia.spatial import AnyArray
-
-NONE = -1  # no row, where every grasp failed
+from mjx_inertia.pareto.dominance import NONE, is_non_dominated, non_dominated_ranks
 
 
-def succeeded(costs: Float[AnyArray, "n k"]) -> Bool[Array, " n"]:
-    """Whether all costs of a grasp are finite."""
+def succeeded(costs: Float[Array | ndarray, "n k"]) -> Bool[Array, " n"]:
+    """Whether all costs of a row are finite."""
     return jnp.all(jnp.isfinite(costs), axis=1)
 
 
-def best_per_metric(costs: Float[AnyArray, "n k"]) -> Int[Array, " k"]:
+def best_per_metric(costs: Float[Array | ndarray, "n k"]) -> Int[Array, " k"]:
     """For each metric the row of least cost (the first of equals); `NONE` where all failed."""
     usable = jnp.where(jnp.isfinite(costs), costs, jnp.inf)
     best = jnp.argmin(usable, axis=0)
     return jnp.where(jnp.any(jnp.isfinite(costs), axis=0), best, NONE)
 
 
-def normalised(costs: Float[AnyArray, "n k"]) -> Float[Array, "n k"]:
-    """Each cost from 0 for the least to 1 for the greatest of the grasps that succeeded.
+def normalised(costs: Float[Array | ndarray, "n k"]) -> Float[Array, "n k"]:
+    """Each cost from 0 for the least to 1 for the greatest of the rows that succeeded.
 
-    A cost that is alike for all becomes 0, that of failed grasps NaN.
+    A cost that is alike for all becomes 0, those of failed rows NaN.
     """
     valid = succeeded(costs)[:, None]
     low = jnp.min(jnp.where(valid, costs, jnp.inf), axis=0)
@@ -44,7 +41,7 @@ def normalised(costs: Float[AnyArray, "n k"]) -> Float[Array, "n k"]:
 
 
 def weighted_choice(
-    costs: Float[AnyArray, "n k"], weights: Float[AnyArray, " k"]
+    costs: Float[Array | ndarray, "n k"], weights: Float[Array | ndarray, " k"]
 ) -> Int[Array, ""]:
     """The row of least weighted sum of `normalised` costs; `NONE` where all failed.
 
@@ -66,7 +63,7 @@ _fronts = jax.jit(non_dominated_ranks)
 
 
 def pareto_set(
-    costs: Float[AnyArray, "n k"], columns: Sequence[int] | None = None
+    costs: Float[Array | ndarray, "n k"], columns: Sequence[int] | None = None
 ) -> Int[ndarray, " m"]:
     """Rows that no other beats in the given columns, in ascending order, on the host.
 
@@ -81,9 +78,9 @@ def pareto_set(
 
 
 def pareto_ranks(
-    costs: Float[AnyArray, "n k"], columns: Sequence[int] | None = None
+    costs: Float[Array | ndarray, "n k"], columns: Sequence[int] | None = None
 ) -> Int[ndarray, " n"]:
-    """Front of each row in the given columns, from 0; `pareto.UNRANKED` for failed grasps.
+    """Front of each row in the given columns, from 0; `UNRANKED` for failed rows.
 
     Args:
       costs: the table.
@@ -95,7 +92,7 @@ def pareto_ranks(
     return np.asarray(_fronts(jnp.asarray(_counted(costs, columns))))
 
 
-def knee(costs: Float[AnyArray, "n k"], columns: Sequence[int] | None = None) -> int:
+def knee(costs: Float[Array | ndarray, "n k"], columns: Sequence[int] | None = None) -> int:
     """The row of the Pareto set that gives up least of everything; `NONE` where all failed.
 
     The farthest below the plane through the ends of the front (Das 1999, "On characterizing the
@@ -117,7 +114,9 @@ def knee(costs: Float[AnyArray, "n k"], columns: Sequence[int] | None = None) ->
     return int(rows[np.argmin(scaled.sum(axis=1))])
 
 
-def _counted(costs: Float[AnyArray, "n k"], columns: Sequence[int] | None) -> Float[ndarray, "n _"]:
+def _counted(
+    costs: Float[Array | ndarray, "n k"], columns: Sequence[int] | None
+) -> Float[ndarray, "n _"]:
     """The columns that count, with failed rows NaN."""
     table = np.asarray(costs)
     chosen = list(range(table.shape[1])) if columns is None else list(columns)
