@@ -1,0 +1,192 @@
+"""MOEA/D of this package against pymoo's MOEA/D, NSGA-II and NSGA-III on seven known problems.
+
+    pip install -e ".[rival]"
+    python experiments/moead_benchmarks.py [seeds=11] [evaluations=0] [problems=zdt1,dtlz2]
+
+ZDT1 to 4 and 6 with two costs (25,000 evaluations, 100 rows) and DTLZ1 and 2 with three (30,000
+evaluations, 91 rows); `evaluations` replaces both numbers. All have as many weights, reference
+directions and rows in the population, and our archive has no more. The rivals keep pymoo's
+settings; NSGA-II takes the problems with two costs, NSGA-III those with three. Ours has one setting
+for each number of costs, printed first.
+
+Each returned set is measured by inverted generational distance (to 1,000 points of the front, 5,050
+with three costs) and by hypervolume (reference 1.1 in each cost, 0.55 for DTLZ1). A rival is better
+or worse where a two-sided Mann-Whitney test of all seeds says so at 5%. Seconds of ours are of all
+seeds together, without compilation, and evaluate the problem too; the rivals' are of one core in
+Python. Last line: JSON.
+"""
+
+import dataclasses
+import json
+import os
+import platform
+import statistics
+import sys
+import time
+from typing import Any
+
+import jax
+import numpy as np
+import pymoo
+from jaxtyping import Float
+from numpy import ndarray
+from pymoo.algorithms.moo.moead import MOEAD
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+from pymoo.util.ref_dirs import get_reference_directions
+from scipy.stats import mannwhitneyu
+
+from mjx_inertia import runtime
+from mjx_inertia.dataset import provenance
+from mjx_inertia.pareto import hypervolume, inverted_generational_distance
+from mjx_inertia.search import ArchiveSettings, MoeadSettings, Problem, VariationSettings, moead
+from mjx_inertia.search.benchmarks import dtlz, dtlz_front, zdt, zdt_front
+
+SETTINGS = {
+    2: MoeadSettings(population=100, archive=ArchiveSettings(capacity=100)),
+    3: MoeadSettings(
+        population=91,
+        variation=VariationSettings(crossover_eta=30.0),
+        archive=ArchiveSettings(capacity=91, directions=True),
+    ),
+}
+EVALUATIONS = {2: 25_000, 3: 30_000}
+DIVISIONS = {2: 99, 3: 12}
+NAMES = ("zdt1", "zdt2", "zdt3", "zdt4", "zdt6", "dtlz1", "dtlz2")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Benchmark:
+    """A problem and what its results are measured against.
+
+    Attributes:
+      name: pymoo's.
+      problem: ours.
+      front: points of it.
+      reference: of the hypervolume.
+    """
+
+    name: str
+    problem: Problem
+    front: Float[ndarray, "m k"]
+    reference: Float[ndarray, " k"]
+
+    @property
+    def costs(self) -> int:
+        """How many."""
+        return len(self.reference)
+
+
+def benchmark(name: str) -> Benchmark:
+    """One of the seven by pymoo's name."""
+    number = int(name[-1])
+    if name.startswith("zdt"):
+        return Benchmark(name, zdt(number), zdt_front(number), np.full(2, 1.1))
+    reference = np.full(3, 0.55 if number == 1 else 1.1)
+    return Benchmark(name, dtlz(number), dtlz_front(number), reference)
+
+
+def ours(task: Benchmark, evaluations: int, seeds: int) -> tuple[list[ndarray], float]:
+    """Costs of the set that each seed returns, and the seconds that all took together."""
+    settings = SETTINGS[task.costs]
+    generations = (evaluations - settings.population) // settings.children
+
+    def run(key: jax.Array) -> Any:
+        return moead(task.problem, settings, generations, key=key, snapshots=1)
+
+    keys = jax.random.split(jax.random.key(0), seeds)
+    program = jax.jit(jax.vmap(run)).lower(keys).compile()
+    start = time.perf_counter()
+    results = jax.block_until_ready(program(keys))
+    seconds = time.perf_counter() - start
+    sets = [jax.tree.map(lambda x, i=i: x[i], results).front()[1] for i in range(seeds)]
+    return sets, seconds
+
+
+def rival(name: str, task: Benchmark, evaluations: int, seed: int) -> Float[ndarray, "n k"]:
+    """Costs of the set that one of pymoo's algorithms returns."""
+    directions = get_reference_directions(
+        "das-dennis", task.costs, n_partitions=DIVISIONS[task.costs]
+    )
+    algorithm = {
+        "moead": lambda: MOEAD(directions),
+        "nsga2": lambda: NSGA2(pop_size=len(directions)),
+        "nsga3": lambda: NSGA3(directions, pop_size=len(directions)),
+    }[name]()
+    more = {} if task.costs == 2 else {"n_var": task.problem.dimension, "n_obj": task.costs}
+    problem = get_problem(task.name, **more)
+    return minimize(problem, algorithm, ("n_evals", evaluations), seed=seed).F
+
+
+def measures(task: Benchmark, sets: list[ndarray]) -> dict[str, list[float]]:
+    """IGD and hypervolume of each set."""
+    return {
+        "igd": [inverted_generational_distance(costs, task.front) for costs in sets],
+        "hypervolume": [hypervolume(costs, task.reference) for costs in sets],
+    }
+
+
+def verdict(mine: list[float], other: list[float], *, less_is_better: bool) -> tuple[str, float]:
+    """Whether mine are "better", "worse" or "alike", and the probability by chance."""
+    p = float(mannwhitneyu(mine, other, alternative="two-sided").pvalue)
+    less = statistics.median(mine) < statistics.median(other)
+    return ("alike" if p >= 0.05 else "better" if less == less_is_better else "worse"), p
+
+
+def compared(task: Benchmark, evaluations: int, seeds: int) -> dict[str, Any]:
+    """All methods on one problem; prints a line for each."""
+    sets, seconds = ours(task, evaluations, seeds)
+    mine = measures(task, sets)
+    row: dict[str, Any] = {"evaluations": evaluations, "ours": _medians(mine, seconds)}
+    print(f"{task.name:6} ours  {_line(row['ours'])}", flush=True)
+    for name in ("moead", "nsga2" if task.costs == 2 else "nsga3"):
+        start = time.perf_counter()
+        theirs = measures(task, [rival(name, task, evaluations, seed) for seed in range(seeds)])
+        row[name] = _medians(theirs, time.perf_counter() - start)
+        for measure in mine:
+            word, p = verdict(mine[measure], theirs[measure], less_is_better=measure == "igd")
+            row[name] |= {f"{measure}_ours_is": word, f"{measure}_p": float(f"{p:.2g}")}
+        words = f"ours: igd {row[name]['igd_ours_is']}, hv {row[name]['hypervolume_ours_is']}"
+        print(f"{task.name:6} {name} {_line(row[name])}  {words}", flush=True)
+    return row
+
+
+def _medians(found: dict[str, list[float]], seconds: float) -> dict[str, float]:
+    middle = {name: float(f"{statistics.median(v):.5g}") for name, v in found.items()}
+    return {**middle, "seconds": round(seconds, 1)}
+
+
+def _line(row: dict[str, float]) -> str:
+    return f"igd {row['igd']:.5f}  hv {row['hypervolume']:.5f}  {row['seconds']:.1f} s"
+
+
+def main() -> None:
+    """Compares on every problem and prints one JSON line."""
+    options = dict(a.split("=") for a in sys.argv[1:])
+    seeds, evaluations = int(options.get("seeds", 11)), int(options.get("evaluations", 0))
+    names = options["problems"].split(",") if "problems" in options else NAMES
+    runtime.configure(1, float64=True)
+    for count, settings in SETTINGS.items():
+        print(f"{count} costs: {settings}")
+    rows = {}
+    for name in names:
+        task = benchmark(name)
+        rows[name] = compared(task, evaluations or EVALUATIONS[task.costs], seeds)
+    print(platform.processor() or platform.machine(), os.cpu_count(), "cores", provenance())
+    print("pymoo", pymoo.__version__, "seeds", seeds)
+    words = [
+        v
+        for row in rows.values()
+        for r in row.values()
+        if isinstance(r, dict)
+        for k, v in r.items()
+        if k.endswith("_ours_is")
+    ]
+    counts = {word: words.count(word) for word in ("better", "alike", "worse")}
+    print(json.dumps({"seeds": seeds, **counts, "problems": rows}))
+
+
+if __name__ == "__main__":
+    main()

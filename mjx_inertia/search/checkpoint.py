@@ -1,0 +1,128 @@
+"""A search under way on disk, so that what was interrupted can go on.
+
+In: the state of a search and what search it is of. Out: the same state again, bit for bit.
+"""
+
+import hashlib
+import os
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+from numpy import ndarray
+
+from mjx_inertia.search.problem import Problem
+
+
+class Kept(NamedTuple):
+    """A search under way and what is in its history.
+
+    Attributes:
+      state: of the search; arrays and keys.
+      evaluations: made at each mark, so far.
+      costs: of the archive at each mark, so far.
+      done: marks passed.
+    """
+
+    state: Any
+    evaluations: Int[ndarray, " s"]
+    costs: Float[ndarray, "s m k"]
+    done: int
+
+
+def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array) -> str:
+    """Tells a search from others: its settings, bounds, costs, parts, key and precision.
+
+    What the costs are is not looked at: change the names of the costs where they change.
+
+    Args:
+      problem: searched.
+      search: the method, and the steps at which it is written.
+      key: of the search.
+    """
+    method, marks = search
+    box = (np.asarray(problem.lower, float).tolist(), np.asarray(problem.upper, float).tolist())
+    precision = str(jnp.asarray(problem.lower).dtype)
+    named = (type(method).__name__, repr(method.settings), problem.cost_names, box, precision)
+    draw = np.asarray(_plain(key)).tolist()
+    text = repr((*named, marks, draw))
+    return f"{type(method).__name__} {hashlib.sha256(text.encode()).hexdigest()}"
+
+
+def write_checkpoint(path: Path, mine: str, kept: Kept) -> None:
+    """Writes a search; an interrupted write leaves what was there before.
+
+    Args:
+      path: of the file; its folder is made.
+      mine: the fingerprint.
+      kept: the search.
+    """
+    leaves = jax.tree.leaves(kept.state)
+    arrays = {f"leaf_{i}": np.asarray(_plain(leaf)) for i, leaf in enumerate(leaves)}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("wb") as file:
+            np.savez(
+                file,
+                fingerprint=np.array(mine),
+                evaluations=kept.evaluations,
+                costs=kept.costs,
+                done=np.array(kept.done),
+                **arrays,  # pyright: ignore[reportArgumentType]
+            )
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def read_checkpoint(path: Path, mine: str, like: Any, key: Array) -> Kept:
+    """The search on disk.
+
+    Args:
+      path: of the file.
+      mine: the fingerprint that is expected.
+      like: shapes of a state of the same search.
+      key: of the same kind as that in the state.
+
+    Raises:
+      ValueError: the file is damaged, of another kind or of another search.
+    """
+    shapes, structure = jax.tree.flatten(like)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            found = str(file["fingerprint"])
+            if found == mine:
+                arrays = [file[f"leaf_{i}"] for i in range(len(shapes))]
+                leaves = [_as(a, s, key) for a, s in zip(arrays, shapes, strict=True)]
+                state = jax.tree.unflatten(structure, leaves)
+                return Kept(state, file["evaluations"], file["costs"], int(file["done"]))
+    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, KeyError) as error:
+        raise ValueError(
+            f"{path}: expected the checkpoint of a search, found a file that is damaged or of "
+            f"another kind ({error}); delete it or name another"
+        ) from error
+    raise ValueError(
+        f"{path}: expected a checkpoint of this search ({mine[:24]}…), found one of another "
+        f"({found[:24]}…): its settings, bounds, costs, steps, key or precision differ; go on "
+        "with the same or name another file"
+    )
+
+
+def _is_key(leaf: Any) -> bool:
+    return jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+def _plain(leaf: Array) -> Array:
+    return jax.random.key_data(leaf) if _is_key(leaf) else leaf
+
+
+def _as(array: np.ndarray, shape: Any, key: Array) -> Array:
+    if _is_key(shape):
+        return jax.random.wrap_key_data(jnp.asarray(array), impl=jax.random.key_impl(key))
+    return jnp.asarray(array)

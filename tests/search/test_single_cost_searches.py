@@ -1,0 +1,87 @@
+"""Evolution strategies and gradients on bowls with known fronts."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from search.bowls import FLOOR, bowls, front, in_units, walled_bowls
+
+from mjx_inertia.pareto import inverted_generational_distance
+from mjx_inertia.search import (
+    GradientSettings,
+    StrategySettings,
+    evolution_strategies,
+    gradient_descent,
+)
+from mjx_inertia.search.box import into_box, out_of_box
+from mjx_inertia.search.gradient_descent import smooth_tchebycheff
+
+KEY = jax.random.key(0)
+
+
+def distance(result, floor=0.0):
+    return inverted_generational_distance(in_units(result.front()[1]), front(floor))
+
+
+@pytest.mark.parametrize("name", ["CMA_ES", "DifferentialEvolution"])
+def test_strategies_keep_to_constraints_and_survive_failures(name):
+    result = evolution_strategies(walled_bowls(), StrategySettings(name=name), 60, key=KEY)
+    decisions, costs = result.front()
+    assert int(result.evaluations) == 20 * 12 * 61
+    assert np.all(decisions[:, 1] >= FLOOR) and np.all(np.isfinite(costs))
+    assert distance(result, FLOOR) < 0.04
+
+
+def test_unknown_strategy():
+    with pytest.raises(ValueError, match="`name` 'NSGA'"):
+        evolution_strategies(bowls(), StrategySettings(name="NSGA"), 5, key=KEY)
+
+
+@pytest.mark.parametrize(("optimizer", "steps"), [("adam", 120), ("lbfgs", 25)])
+def test_gradients_reach_the_front(optimizer, steps):
+    result = gradient_descent(bowls(), GradientSettings(optimizer=optimizer), steps, key=KEY)
+    assert distance(result) < 0.03
+    if optimizer == "adam":
+        assert int(result.evaluations) == 40 * (steps + 1)
+    else:
+        assert int(result.evaluations) > 40 * (steps + 1)
+
+
+def test_a_start_that_fails_ends_alone():
+    result = gradient_descent(walled_bowls(), GradientSettings(starts=4), 150, key=KEY)
+    decisions, _ = result.front()
+    assert np.all(decisions[:, 1] >= FLOOR)
+    assert int(result.evaluations) < 80 * 151
+    assert distance(result, FLOOR) < 0.06
+
+
+def test_unknown_optimizer():
+    with pytest.raises(ValueError, match="`optimizer` 'newton'"):
+        gradient_descent(bowls(), GradientSettings(optimizer="newton"), 5, key=KEY)
+
+
+def test_smooth_tchebycheff_is_near_the_greatest():
+    costs, weight = jnp.array([1.0, 2.0, 4.0]), jnp.array([0.5, 0.25, 0.25])
+    scaling = (jnp.zeros(3), jnp.array([1.0, 1.0, 4.0]))
+    # λ z is 1, 4 and 2
+    for smoothing in (1.0, 0.1, 0.01):
+        above = float(smooth_tchebycheff(costs, weight, scaling, smoothing)) - 4.0
+        assert 0.0 <= above <= smoothing * np.log(3.0)
+
+
+def test_the_box_has_no_walls():
+    problem = bowls()
+    free = jnp.linspace(-2.5, 3.5, 301)[:, None] * jnp.ones(3)
+    inside = jax.vmap(lambda x: into_box(problem, x))(free)
+    assert np.all((inside >= problem.lower - 1e-12) & (inside <= problem.upper + 1e-12))
+    back = jax.vmap(lambda x: into_box(problem, out_of_box(problem, x)))(inside)
+    np.testing.assert_allclose(back, inside, atol=1e-9)
+
+
+def test_history_of_all_searches_is_of_one_kind():
+    settings = dataclasses.replace(GradientSettings(), weights=5)
+    result = gradient_descent(bowls(), settings, 4, key=KEY, snapshots=2)
+    np.testing.assert_array_equal(result.history.evaluations, [10, 30, 50])
+    assert result.history.costs.shape == (3, 100, 2)
