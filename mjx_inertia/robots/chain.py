@@ -6,10 +6,12 @@ becomes Python floats, and zeros and ones among them cost nothing.
 """
 
 import functools
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
+
+from jaxtyping import Float
 
 from mjx_inertia.robots.arm import Arm
-from mjx_inertia.spatial import InertialParameters
+from mjx_inertia.spatial import AnyArray, InertialParameters, Pose
 from mjx_inertia.spatial.components import (
     Component,
     Mat3,
@@ -58,13 +60,33 @@ class Joint(NamedTuple):
     prismatic: bool
 
 
-def joints_at(arm: Arm, q: Vec3 | tuple[Component, ...]) -> list[Joint]:
+@runtime_checkable
+class Jointed(Protocol):
+    """What has n joints: an `Arm`, or a tree of links."""
+
+    @property
+    def T_parent_joint(self) -> Pose:
+        """N poses of the joints, each in the link before, at joint position zero."""
+        ...
+
+    @property
+    def axis(self) -> Float[AnyArray, "n 3"]:
+        """N unit vectors in the joints' frames."""
+        ...
+
+    @property
+    def prismatic(self) -> tuple[bool, ...]:
+        """Which joints slide."""
+        ...
+
+
+def joints_at(robot: Jointed, q: Vec3 | tuple[Component, ...]) -> list[Joint]:
     """The joints at positions `q` (rad; m where prismatic)."""
-    rotations = components(arm.T_parent_joint.rotation)
-    offsets = components(arm.T_parent_joint.translation)
+    rotations = components(robot.T_parent_joint.rotation)
+    offsets = components(robot.T_parent_joint.translation)
     joints = []
     for rotation, offset, axis, slides, position in zip(
-        rotations, offsets, components(arm.axis), arm.prismatic, q, strict=True
+        rotations, offsets, components(robot.axis), robot.prismatic, q, strict=True
     ):
         if slides:
             along = once(add(offset, scale(position, apply(rotation, axis))))
@@ -79,7 +101,7 @@ def bodies_of(arm: Arm) -> list[Body]:
     """The links, what the hand holds included, about the origins of their frames."""
     masses, coms = components(arm.links.mass), components(arm.links.com)
     tensors = components(arm.links.inertia)
-    bodies = [_body(*figures) for figures in zip(masses, coms, tensors, strict=True)]
+    bodies = [body_from(*figures) for figures in zip(masses, coms, tensors, strict=True)]
     if arm.payload is not None:
         bodies[-1] = once_body(joined(bodies[-1], body_of(arm.payload)))
     return bodies
@@ -87,7 +109,7 @@ def bodies_of(arm: Arm) -> list[Body]:
 
 def body_of(params: InertialParameters) -> Body:
     """One body about the origin of its frame."""
-    return _body(*map(components, (params.mass, params.com, params.inertia)))
+    return body_from(*map(components, (params.mass, params.com, params.inertia)))
 
 
 def joined(a: Body, b: Body) -> Body:
@@ -110,7 +132,8 @@ def once_body(body: Body) -> Body:
     return Body(mass, moment, mirrored(half))
 
 
-def _body(mass: Component, com: Vec3, tensor: Mat3) -> Body:
+def body_from(mass: Component, com: Vec3, tensor: Mat3) -> Body:
+    """A body from its mass, centre of mass and tensor about it."""
     moment = scale(mass, com)
     # parallel axes: Featherstone 2008, Eq. 2.63
     return Body(mass, moment, _sum(tensor, _shift(moment, com)))

@@ -95,25 +95,25 @@ def arm_on_path(tree: LinkTree, end_effector: str, base: str | None, T_hand: Pos
       ValueError: a name that the file does not know, a path without joints, a joint that an arm
         cannot have, or a moving link without inertia; each by its name.
     """
-    end, T_end = _named(tree, "end_effector", end_effector)
+    end, T_end = named_frame(tree, "end_effector", end_effector)
     moving = _moving_joints(tree, end, end_effector, base)
-    owner = _owners(tree, moving)
+    owner = owners(tree, moving)
     joints = [joint for i in moving if (joint := tree.links[i].joint)]
     befores = [tree.links[moving[0]].parent, *moving]
-    poses = [_at_zero(tree, i, before) for before, i in zip(befores, moving, strict=False)]
+    poses = [pose_at_zero(tree, i, before) for before, i in zip(befores, moving, strict=False)]
     return Arm(
-        T_world_base=_held(tree, befores[0]),
+        T_world_base=held_pose(tree, befores[0]),
         T_parent_joint=Pose(
             np.stack([p.rotation for p in poses]), np.stack([p.translation for p in poses])
         ),
         axis=np.stack([j.axis for j in joints]),
-        links=stacked_links([_carried(tree, i, owner) for i in moving]),
+        links=stacked_links([carried_by(tree, i, owner) for i in moving]),
         armature=np.array([j.armature for j in joints]),
         lower=np.array([j.lower for j in joints]),
         upper=np.array([j.upper for j in joints]),
         velocity_limit=np.array([j.velocity for j in joints]),
         torque_limit=np.array([j.torque for j in joints]),
-        T_link_hand=_tidy(_held(tree, end, moving[-1]) @ T_end @ T_hand),
+        T_link_hand=_tidy(held_pose(tree, end, moving[-1]) @ T_end @ T_hand),
         gravity=tree.gravity,
         prismatic=tuple(j.kind == "prismatic" for j in joints),
         name=tree.name,
@@ -122,7 +122,12 @@ def arm_on_path(tree: LinkTree, end_effector: str, base: str | None, T_hand: Pos
     )
 
 
-def _named(tree: LinkTree, argument: str, name: str) -> tuple[int, Pose]:
+def named_frame(tree: LinkTree, argument: str, name: str) -> tuple[int, Pose]:
+    """The link of a named frame, and the frame in it.
+
+    Raises:
+      ValueError: no such name, with those that are like it; `argument` is where it was given.
+    """
     if name in tree.frames:
         return tree.frames[name]
     close = difflib.get_close_matches(name, tree.frames, n=5, cutoff=0.4)
@@ -135,7 +140,7 @@ def _named(tree: LinkTree, argument: str, name: str) -> tuple[int, Pose]:
 
 def _moving_joints(tree: LinkTree, end: int, end_effector: str, base: str | None) -> list[int]:
     """Links that joints between `base` and the end effector move, from the base on."""
-    start = -1 if base is None else _named(tree, "base", base)[0]
+    start = -1 if base is None else named_frame(tree, "base", base)[0]
     path, i = [], end
     while i not in (start, -1):
         path.append(i)
@@ -168,7 +173,7 @@ def _check_joint(tree: LinkTree, joint: TreeJoint | None) -> None:
         )
 
 
-def _owners(tree: LinkTree, moving: list[int]) -> list[int]:
+def owners(tree: LinkTree, moving: list[int]) -> list[int]:
     """For each link the last joint of the path before it; -1 for what is fixed to the base."""
     owner: list[int] = []
     for k, entry in enumerate(tree.links):
@@ -176,7 +181,7 @@ def _owners(tree: LinkTree, moving: list[int]) -> list[int]:
     return owner
 
 
-def _held(tree: LinkTree, k: int, ancestor: int = -1) -> Pose:
+def held_pose(tree: LinkTree, k: int, ancestor: int = -1) -> Pose:
     """Link k in a link before it (the world if -1), with the joints on the way held."""
     T = Pose.identity()
     while k != ancestor:
@@ -185,15 +190,15 @@ def _held(tree: LinkTree, k: int, ancestor: int = -1) -> Pose:
     return _tidy(T)
 
 
-def _at_zero(tree: LinkTree, k: int, ancestor: int) -> Pose:
+def pose_at_zero(tree: LinkTree, k: int, ancestor: int) -> Pose:
     """Link k in a link before it, with its own joint at zero and those on the way held."""
-    return _tidy(_held(tree, tree.links[k].parent, ancestor) @ tree.links[k].T_parent_zero)
+    return _tidy(held_pose(tree, tree.links[k].parent, ancestor) @ tree.links[k].T_parent_zero)
 
 
-def _carried(tree: LinkTree, i: int, owner: list[int]) -> InertialParameters:
+def carried_by(tree: LinkTree, i: int, owner: list[int]) -> InertialParameters:
     """Link i of the path with all that is fixed to it, in its frame."""
     parts = [
-        placed(entry.inertial, _held(tree, k, i))
+        placed(entry.inertial, held_pose(tree, k, i))
         for k, entry in enumerate(tree.links)
         if owner[k] == i and entry.inertial is not None
     ]

@@ -7,19 +7,21 @@ A payload becomes a body of its own, `payload`, fixed to the last link and witho
 """
 
 import dataclasses
-from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from jaxtyping import Float
-from numpy import ndarray
-from scipy.spatial.transform import Rotation
 
 from mjx_inertia.robots.arm import Arm
+from mjx_inertia.robots.mjcf_parts import (
+    add_geom,
+    add_joint,
+    add_limb,
+    placement,
+    set_inertial,
+)
 from mjx_inertia.spatial import InertialParameters, Pose
 
-_LINK_COLOR, _HAND_COLOR = (0.75, 0.2, 0.2, 1.0), (0.25, 0.25, 0.28, 1.0)
-_SHORT = 0.02  # m: a link of no more length gets a ball
+_HAND_COLOR = (0.25, 0.25, 0.28, 1.0)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,23 +55,23 @@ def arm_spec(arm: Arm, looks: ArmLooks | None = None) -> mujoco.MjSpec:
     spec.compiler.degree = False
     spec.compiler.autolimits = True
     spec.option.gravity = np.asarray(arm.gravity)
-    body = spec.worldbody.add_body(name="base", **_frame(arm.T_world_base))
+    body = spec.worldbody.add_body(name="base", **placement(arm.T_world_base))
     radii = np.linspace(looks.base_radius, looks.tip_radius, arm.dof + 1).tolist()
     offsets = [*np.asarray(arm.T_parent_joint.translation), arm.T_link_hand.translation]
-    _limb(body, np.asarray(offsets[0]), radii[0])
+    add_limb(body, np.asarray(offsets[0]), radii[0])
     for i, name in enumerate(joint_names(arm)):
         T = Pose(arm.T_parent_joint.rotation[i], arm.T_parent_joint.translation[i])
-        body = body.add_body(name=f"{name}_link", **_frame(T))
-        _inertial(body, _entry(arm.links, i))
+        body = body.add_body(name=f"{name}_link", **placement(T))
+        set_inertial(body, _entry(arm.links, i))
         _joint(body, arm, i, name)
-        _limb(body, np.asarray(offsets[i + 1]), radii[i + 1])
+        add_limb(body, np.asarray(offsets[i + 1]), radii[i + 1])
         if looks.actuators:
             _motor(spec, arm, i, name)
-    body.add_site(name="hand", size=[0.01, 0.01, 0.01], **_frame(arm.T_link_hand))
+    body.add_site(name="hand", size=[0.01, 0.01, 0.01], **placement(arm.T_link_hand))
     if looks.finger_gap > 0.0:
         _fingers(body, arm.T_link_hand, looks)
     if arm.payload is not None:
-        _inertial(body.add_body(name="payload"), arm.payload)
+        set_inertial(body.add_body(name="payload"), arm.payload)
     return spec
 
 
@@ -85,36 +87,14 @@ def joint_names(arm: Arm) -> tuple[str, ...]:
     return arm.joint_names or tuple(f"joint_{i + 1}" for i in range(arm.dof))
 
 
-def _frame(T: Pose) -> dict[str, Float[ndarray, "..."]]:
-    rotation = Rotation.from_matrix(np.asarray(T.rotation, np.float64))
-    quaternion = rotation.as_quat(scalar_first=True)
-    return {"pos": np.asarray(T.translation, np.float64), "quat": quaternion}
-
-
 def _entry(links: InertialParameters, i: int) -> InertialParameters:
     return InertialParameters(links.mass[i], links.com[i], links.inertia[i])
 
 
-def _inertial(body: mujoco.MjsBody, params: InertialParameters) -> None:
-    tensor = np.asarray(params.inertia, np.float64)
-    body.explicitinertial = True
-    body.mass = float(params.mass)
-    body.ipos = np.asarray(params.com, np.float64)
-    body.fullinertia = tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-
-
 def _joint(body: mujoco.MjsBody, arm: Arm, i: int, name: str) -> None:
-    slides = arm.prismatic[i]
-    joint = body.add_joint(
-        name=name,
-        type=mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE,
-        axis=np.asarray(arm.axis[i], np.float64),
-        armature=float(arm.armature[i]),
-    )
-    limits = [float(arm.lower[i]), float(arm.upper[i])]
-    if np.isfinite(limits).all():
-        joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-        joint.range = limits
+    limits = float(arm.lower[i]), float(arm.upper[i])
+    armature = float(arm.armature[i])
+    joint = add_joint(body, name, arm.axis[i], arm.prismatic[i], armature, limits)
     torque = float(arm.torque_limit[i])
     if np.isfinite(torque):
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
@@ -129,14 +109,6 @@ def _motor(spec: mujoco.MjSpec, arm: Arm, i: int, name: str) -> None:
         motor.ctrlrange = [-torque, torque]
 
 
-def _limb(body: mujoco.MjsBody, end: Float[ndarray, "3"], radius: float) -> None:
-    """A capsule from the body's origin to `end`."""
-    if np.linalg.norm(end) > _SHORT:
-        _geom(body, mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, 0.0, 0.0], fromto=[0, 0, 0, *end])
-    else:
-        _geom(body, mujoco.mjtGeom.mjGEOM_SPHERE, [radius, 0.0, 0.0])
-
-
 def _fingers(body: mujoco.MjsBody, T_link_hand: Pose, looks: ArmLooks) -> None:
     """Two fingers that end at the hand's origin, and the palm on which they stand."""
     across, thick, length = looks.finger_size
@@ -149,17 +121,4 @@ def _fingers(body: mujoco.MjsBody, T_link_hand: Pose, looks: ArmLooks) -> None:
     ]
     for center, half in boxes:
         T = T_link_hand @ Pose(np.eye(3), np.array(center))
-        _geom(body, mujoco.mjtGeom.mjGEOM_BOX, half, rgba=_HAND_COLOR, **_frame(T))
-
-
-def _geom(
-    body: mujoco.MjsBody,
-    kind: mujoco.mjtGeom,
-    size: Sequence[float],
-    rgba: tuple[float, float, float, float] = _LINK_COLOR,
-    **place: object,
-) -> None:
-    # of two such geoms neither's type meets the other's affinity, so the arm does not hit itself
-    body.add_geom(
-        type=kind, size=size, rgba=rgba, mass=0.0, contype=0, conaffinity=1, group=2, **place
-    )
+        add_geom(body, mujoco.mjtGeom.mjGEOM_BOX, half, rgba=_HAND_COLOR, **placement(T))

@@ -12,7 +12,16 @@ from typing import NamedTuple
 from jaxtyping import Array, Float
 
 from mjx_inertia.robots.arm import Arm
-from mjx_inertia.robots.chain import Body, Joint, bodies_of, joined, joints_at, once_body, shifted
+from mjx_inertia.robots.chain import bodies_of, joined, joints_at, once_body
+from mjx_inertia.robots.link_motion import (
+    acceleration_gradient,
+    across,
+    along_axis,
+    in_link_before,
+    momentum_of,
+    wrench_before,
+    wrench_of,
+)
 from mjx_inertia.spatial.components import (
     ZERO,
     Component,
@@ -22,14 +31,11 @@ from mjx_inertia.spatial.components import (
     apply,
     components,
     cross,
-    dot,
-    minus,
     multiply,
     once,
     plus,
     scale,
     subtract,
-    symmetric_change,
     times,
     transpose,
 )
@@ -129,19 +135,19 @@ def newton_euler(arm: Arm, q: Row, qd: Row, qdd: Row) -> Row:
     wrenches: list[tuple[Vec3, Vec3]] = []
     for joint, body, speed, gain in zip(joints, bodies, qd, qdd, strict=True):
         linear = once(add(linear, apply(gradient, joint.offset)))
-        omega, alpha, linear = _across(joint, omega, alpha, linear, speed, gain)
-        gradient = once(_acceleration_gradient(omega, alpha))
-        wrenches.append(_wrench(body, omega, alpha, linear, gradient))
+        omega, alpha, linear = across(joint, omega, alpha, linear, speed, gain)
+        gradient = once(acceleration_gradient(omega, alpha))
+        wrenches.append(wrench_of(body, omega, alpha, linear, gradient))
     drives = components(arm.armature)
     torques: list[Component] = [0.0] * arm.dof
     force, moment = ZERO, ZERO
     for i in reversed(range(arm.dof)):
         f, n = wrenches[i]
         if i + 1 < arm.dof:
-            carried = _wrench_before(joints[i + 1], force, moment)
+            carried = wrench_before(joints[i + 1], force, moment)
             f, n = add(f, carried[0]), add(n, carried[1])
         force, moment = once((f, n))
-        along = _along(joints[i], force, moment)
+        along = along_axis(joints[i], force, moment)
         torques[i] = once(plus(along, times(drives[i], qdd[i])))
     return tuple(torques)
 
@@ -156,72 +162,11 @@ def composite_bodies(arm: Arm, q: Row) -> list[Row]:
     matrix: list[list[Component]] = [[0.0] * arm.dof for _ in range(arm.dof)]
     composite = bodies[-1]
     for i in reversed(range(arm.dof)):
-        force, moment = once(_momentum(joints[i], composite))
-        matrix[i][i] = once(plus(drives[i], _along(joints[i], force, moment)))
+        force, moment = once(momentum_of(joints[i], composite))
+        matrix[i][i] = once(plus(drives[i], along_axis(joints[i], force, moment)))
         for j in reversed(range(i)):
-            force, moment = once(_wrench_before(joints[j + 1], force, moment))
-            matrix[i][j] = matrix[j][i] = once(_along(joints[j], force, moment))
+            force, moment = once(wrench_before(joints[j + 1], force, moment))
+            matrix[i][j] = matrix[j][i] = once(along_axis(joints[j], force, moment))
         if i:
-            composite = once_body(joined(bodies[i - 1], _in_link_before(joints[i], composite)))
+            composite = once_body(joined(bodies[i - 1], in_link_before(joints[i], composite)))
     return [tuple(entries) for entries in matrix]
-
-
-def _across(
-    joint: Joint, omega: Vec3, alpha: Vec3, linear: Vec3, speed: Component, gain: Component
-) -> tuple[Vec3, Vec3, Vec3]:
-    """Velocity and acceleration of a link from those of the link before, in its own axes."""
-    back = transpose(joint.rotation)
-    omega, alpha, linear = once(apply(back, omega)), apply(back, alpha), apply(back, linear)
-    own_speed, own_gain = scale(speed, joint.axis), scale(gain, joint.axis)
-    if joint.prismatic:
-        linear = add(linear, own_gain, scale(2.0, cross(omega, own_speed)))
-    else:
-        alpha = add(alpha, own_gain, cross(omega, own_speed))
-        omega = add(omega, own_speed)
-    return once((omega, alpha, linear))
-
-
-def _acceleration_gradient(omega: Vec3, alpha: Vec3) -> Mat3:
-    """[α]× + [ω]×²: the acceleration of a link's point grows with its place as this matrix."""
-    x, y, z = omega
-    xx, yy, zz = times(x, x), times(y, y), times(z, z)
-    xy, xz, yz = times(x, y), times(x, z), times(y, z)
-    return (
-        (times(-1.0, plus(yy, zz)), minus(xy, alpha[2]), plus(xz, alpha[1])),
-        (plus(xy, alpha[2]), times(-1.0, plus(xx, zz)), minus(yz, alpha[0])),
-        (minus(xz, alpha[1]), plus(yz, alpha[0]), times(-1.0, plus(xx, yy))),
-    )
-
-
-def _wrench(
-    body: Body, omega: Vec3, alpha: Vec3, linear: Vec3, gradient: Mat3
-) -> tuple[Vec3, Vec3]:
-    """Force and moment about the frame's origin that a link's motion takes: Newton and Euler."""
-    force = add(scale(body.mass, linear), apply(gradient, body.moment))
-    gyroscopic = cross(omega, once(apply(body.inertia, omega)))
-    moment = add(apply(body.inertia, alpha), gyroscopic, cross(body.moment, linear))
-    return force, moment
-
-
-def _wrench_before(joint: Joint, force: Vec3, moment: Vec3) -> tuple[Vec3, Vec3]:
-    """A wrench at the link of `joint` as one at the link before."""
-    force = once(apply(joint.rotation, force))
-    return force, add(apply(joint.rotation, moment), cross(joint.offset, force))
-
-
-def _momentum(joint: Joint, body: Body) -> tuple[Vec3, Vec3]:
-    """Momentum and angular momentum about the origin of a body that a joint moves at unit speed."""
-    if joint.prismatic:
-        return scale(body.mass, joint.axis), cross(body.moment, joint.axis)
-    return cross(joint.axis, body.moment), apply(body.inertia, joint.axis)
-
-
-def _along(joint: Joint, force: Vec3, moment: Vec3) -> Component:
-    return dot(joint.axis, force if joint.prismatic else moment)
-
-
-def _in_link_before(joint: Joint, body: Body) -> Body:
-    """A body that `joint` carries, about the origin and in the axes of the link before."""
-    moment = once(apply(joint.rotation, body.moment))
-    turned = Body(body.mass, moment, symmetric_change(joint.rotation, body.inertia))
-    return shifted(turned, joint.offset)

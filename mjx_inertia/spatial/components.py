@@ -107,6 +107,14 @@ def dot(a: Vec3, b: Vec3) -> Component:
     return total
 
 
+def root(square: Component) -> Component:
+    """Square root, with a derivative of zero where it vanishes."""
+    if isinstance(square, float):
+        return square**0.5
+    zero = square == 0.0
+    return jnp.where(zero, 0.0, jnp.sqrt(jnp.where(zero, 1.0, square)))
+
+
 def _each(operation: Callable[[Component, Component], Component], a: Vec3, b: Vec3) -> Vec3:
     return operation(a[0], b[0]), operation(a[1], b[1]), operation(a[2], b[2])
 
@@ -152,6 +160,12 @@ def multiply(a: Mat3, b: Mat3) -> Mat3:
     """Matrix product."""
     columns = transpose(b)
     return apply(columns, a[0]), apply(columns, a[1]), apply(columns, a[2])
+
+
+def turn_axis(rotation: Mat3) -> Vec3:
+    """Axis of a rotation times the sine of its angle."""
+    (_, xy, xz), (yx, _, yz), (zx, zy, _) = rotation
+    return scale(0.5, (minus(zy, yz), minus(xz, zx), minus(yx, xy)))
 
 
 def upper_half(m: Mat3) -> Upper:

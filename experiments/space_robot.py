@@ -1,0 +1,366 @@
+"""Chapter 7: trajectories of the space robot that spare the object it has captured.
+
+    python experiments/space_robot.py [generations=5000] [repeats=3] [gif=1] [seed=0]
+                                      [parts=thesis,consistent,base,replay,servicer]
+
+1. As the thesis sets it (six independent joints, momentum of the robot alone, Table 7.1): the three
+   sub-problems of Fig. 7.2 and all nine objectives at once, `generations` of MOEA/D in all, beside
+   the straight quintic (p = q = 0); a choice from the nine (knee, and nearest to what the straight
+   quintic costs halved).
+2. Joints that obey the grasp, momentum of the whole system, the links' physical inertia: force and
+   moment of the total wrench and the turn of the base; MOEA/D, CMA-ES, differential evolution and
+   gradients by evaluations and by time.
+3. What moves the base: its translation for random decisions with one end, and with an end that is
+   free (elbows, the base's attitude) while the object's target stays.
+4. The chosen trajectory in C MuJoCo: predicted and simulated drift and wrenches, and what the model
+   of the thesis would have predicted.
+5. Three dimensions: two arms of seven joints on a satellite.
+
+Figures go to `outputs/experiments/space_robot`. Last line: JSON.
+"""
+
+import dataclasses
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia import runtime
+from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import read_options
+from mjx_inertia.pareto import knee
+from mjx_inertia.search import (
+    ArchiveSettings,
+    GradientSettings,
+    MoeadSettings,
+    Problem,
+    SearchResult,
+    StrategySettings,
+    evolution_strategies,
+    gradient_descent,
+    moead,
+    progress,
+)
+from mjx_inertia.space import (
+    AS_PRINTED,
+    BASE_DRIFT,
+    BOUND,
+    HANDS,
+    THESIS,
+    WRENCH,
+    Manoeuvre,
+    ManoeuvreSettings,
+    PlanarSettings,
+    base_at,
+    disagreement,
+    fronts_figure,
+    parallel_figure,
+    path,
+    path_figure,
+    planar_manoeuvre,
+    problem,
+    progress_figure,
+    replay,
+    save_animation,
+    servicer_manoeuvre,
+)
+
+OUT = Path("outputs/experiments/space_robot")
+GRADIENT_STEPS, DIRECTIONS = 100, 21  # a lattice of three costs has 21 weights
+GRADIENT = {"weights": DIRECTIONS, "starts": 2, "spread": 0.3, "learning_rate": 0.02}
+NEAR = 2e-3  # m: so near to its target the object counts as arrived
+PARTS = ("thesis", "consistent", "base", "replay", "servicer")
+COMPROMISE = ("force", "moment", "base_turn")
+SUB_PROBLEMS = {"wrench": WRENCH, "base": BASE_DRIFT, "end effectors": HANDS}
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Of the script.
+
+    Attributes:
+      generations: of MOEA/D for the thesis' run, over all of its sub-problems.
+      repeats: seeds of each optimiser where they are compared.
+      gif: whether the animation is drawn, 1 or 0.
+      seed: of the first.
+      parts: that run.
+    """
+
+    generations: int = 5000
+    repeats: int = 3
+    gif: int = 1
+    seed: int = 0
+    parts: tuple[str, ...] = PARTS
+
+
+def nine(m: Manoeuvre, decisions: Float[ndarray, "n c"]) -> Float[ndarray, "n 9"]:
+    """C_f1 to C_f9."""
+    return np.asarray(jax.jit(jax.vmap(problem(m, THESIS).evaluate))(jnp.asarray(decisions)).costs)
+
+
+def timed(run: Any) -> tuple[SearchResult, float]:
+    """A search's result and its seconds, compilation included."""
+    start = time.perf_counter()
+    result = jax.block_until_ready(run())
+    return result, time.perf_counter() - start
+
+
+def summary(nine_costs: Float[ndarray, "9"]) -> dict[str, float]:
+    """The figures of the headline."""
+    wrench, base, hands = nine_costs[:3], nine_costs[3:6], nine_costs[6:]
+    return {
+        "wrench_norm": float(np.linalg.norm(wrench)),
+        "base_drift_m": float(np.hypot(*base[:2])),
+        "base_drift_rad": float(base[2]),
+        "end_effector_error_m": float(np.hypot(*hands[:2])),
+    }
+
+
+def show(title: str, baseline: Float[ndarray, "9"], rows: dict[str, Float[ndarray, "9"]]) -> None:
+    """A table of the nine objectives."""
+    print(f"\n{title}\n{'':28}" + "".join(f"{name:>12}" for name in THESIS))
+    for name, costs in {"straight quintic": baseline, **rows}.items():
+        print(f"{name:28}" + "".join(f"{x:12.3g}" for x in costs))
+
+
+def thesis_run(options: Options) -> dict[str, Any]:
+    """Part 1."""
+    m = planar_manoeuvre(AS_PRINTED)
+    straight = nine(m, np.zeros((1, m.size)))[0]
+    baseline: dict[str, float] = dict(zip(THESIS, straight, strict=True))
+    # half of the straight quintic's wrench, a tenth of its turn and errors
+    wish = straight * np.array([0.5, 0.5, 0.5, 1.0, 1.0, 0.1, 0.1, 0.1, 0.1])
+    wishes = dict(zip(THESIS, wish, strict=True))
+    fronts, rows, seconds, evaluations = {}, {}, 0.0, 0
+    for title, names in SUB_PROBLEMS.items():
+        posed, key = problem(m, names), jax.random.key(options.seed)
+        each = options.generations // 5
+        result, took = timed(lambda p=posed, k=key, n=each: moead(p, MoeadSettings(), n, key=k))
+        decisions, costs = result.front()
+        fronts[title] = (names, costs)
+        best = nearest(costs, np.array([wishes[name] for name in names]))
+        rows[f"{title} alone"] = nine(m, decisions[[best]])[0]
+        seconds, evaluations = seconds + took, evaluations + int(result.evaluations)
+    # all nine at once: only where no part of the wrench is more than thrice the straight quintic's
+    posed = problem(m, THESIS, bounds={name: 3.0 * baseline[name] for name in WRENCH})
+    settings = MoeadSettings(population=250, children=50, archive=ArchiveSettings(250))
+    left, key = options.generations - 3 * (options.generations // 5), jax.random.key(options.seed)
+    result, took = timed(lambda: moead(posed, settings, left, key=key))
+    seconds, evaluations = seconds + took, evaluations + int(result.evaluations)
+    decisions, costs = result.front()
+    chosen = {"knee": knee(costs), "nearest to a wish": nearest(costs, wish)}
+    rows |= {f"all nine: {name}": costs[row] for name, row in chosen.items()}
+    show("As printed: independent joints, momentum of the robot", straight, rows)
+    fronts_figure(fronts, baseline).savefig(OUT / "fronts.svg")
+    parallel_figure(costs, THESIS, chosen, straight).savefig(OUT / "parallel.svg")
+    row = chosen["nearest to a wish"]
+    way = path(m, jnp.asarray(decisions[row]), np.linspace(0.0, 1.0, 201))
+    path_figure(m.robot, way).savefig(OUT / "path_as_printed.svg")
+    apart = np.asarray(way.nodes.closure).max(0)
+    print(f"{evaluations} evaluations in {seconds:.0f} s, {len(costs)} on the front of nine")
+    print(f"the chosen joints pull the hands' objects {apart[0]:.2g} m, {apart[1]:.2g} rad apart")
+    return {
+        "straight": summary(straight),
+        **{name: summary(row) for name, row in rows.items()},
+        "least_wrench_norm": float(np.linalg.norm(fronts["wrench"][1], axis=1).min()),
+        "closure_m": float(apart[0]),
+        "seconds": round(seconds, 1),
+        "evaluations": evaluations,
+    }
+
+
+def nearest(costs: Float[ndarray, "n k"], wish: Float[ndarray, " k"]) -> int:
+    """The row whose worst cost, over what is wished for it, is least (a reference point)."""
+    return int(np.argmin(np.max(costs / wish, axis=1)))
+
+
+def searches(posed: Problem, generations: int) -> dict[str, Callable[[Array], SearchResult]]:
+    """Optimisers by name, each a function of a key; all but the gradient evaluate equally often."""
+    ours = MoeadSettings()
+    strategies = {
+        name: StrategySettings(name=kind, weights=DIRECTIONS)
+        for name, kind in (
+            ("cma_es", "CMA_ES"),
+            ("differential_evolution", "DifferentialEvolution"),
+        )
+    }
+    evaluations = ours.children * generations
+    steps = {name: evaluations // (s.weights * s.population) for name, s in strategies.items()}
+    return {
+        "moead": lambda key: moead(posed, ours, generations, key=key),
+        **{
+            name: lambda key, s=s, n=steps[name]: evolution_strategies(posed, s, n, key=key)
+            for name, s in strategies.items()
+        },
+        "gradient": lambda key: gradient_descent(
+            posed, GradientSettings(**GRADIENT), GRADIENT_STEPS, key=key
+        ),
+    }
+
+
+def consistent_run(options: Options, m: Manoeuvre) -> tuple[dict[str, Any], Float[ndarray, " c"]]:
+    """Part 2: what the optimisers reach, and the decision that is taken."""
+    posed = problem(m, COMPROMISE)
+    straight = np.asarray(jax.jit(posed.evaluate)(jnp.zeros(m.size)).costs)
+    reference = 2.0 * straight
+    runs, figures, fronts = {}, {}, []
+    for name, search in searches(posed, options.generations // 10).items():
+        volumes, seconds = [], []
+        for seed in range(options.repeats):
+            key = jax.random.key(options.seed + seed)
+            result, took = timed(lambda s=search, k=key: s(k))
+            seconds.append(took)
+            evaluations, volume = progress(result, reference)
+            volumes.append(volume / np.prod(reference))
+            fronts.append(result.front())
+        runs[name] = (evaluations, np.median(volumes, 0))
+        figures[name] = {
+            "hypervolume": float(np.median([v[-1] for v in volumes])),
+            "evaluations": int(evaluations[-1]),
+            "seconds": round(float(np.min(seconds)), 1),
+        }
+        print(f"{name}: {figures[name]}")
+    goal = figures["moead"]["hypervolume"]
+    for name, (evaluations, volume) in runs.items():
+        there = np.flatnonzero(volume >= 0.99 * goal)
+        figures[name]["evaluations_to_99_percent_of_moead"] = (
+            int(evaluations[there[0]]) if len(there) else None
+        )
+    progress_figure(runs).savefig(OUT / "progress.svg")
+    decisions, costs = (np.concatenate(part) for part in zip(*fronts, strict=True))
+    row = knee(costs)
+    baseline: dict[str, float] = dict(zip(COMPROMISE, straight, strict=True))
+    fronts_figure({"joints that obey the grasp": (COMPROMISE, costs)}, baseline).savefig(
+        OUT / "compromise.svg"
+    )
+    both = nine(m, np.stack([np.zeros(m.size), decisions[row]]))
+    ends = {
+        f"least {name}": nine(m, decisions[[np.argmin(costs[:, i])]])[0]
+        for i, name in enumerate(COMPROMISE)
+    }
+    show("Joints obey the grasp, momentum of the whole system", both[0], {"knee": both[1], **ends})
+    return {"optimisers": figures, "straight": summary(both[0]), **summary(both[1])}, decisions[row]
+
+
+def base_run(options: Options, m: Manoeuvre, share: float, swing: float) -> dict[str, float]:
+    """Part 3: what moves the base.
+
+    Args:
+      options: of the script.
+      m: the manoeuvre.
+      share: of the coefficients' box that is searched.
+      swing: rad, of elbows that are free at the end.
+    """
+    decisions = share * np.random.default_rng(0).uniform(-BOUND, BOUND, (512, m.size))
+    names = ("base_distance", "base_turn", "hand_distance")
+    fixed = problem(m, names)
+    costs, off = map(np.asarray, jax.jit(jax.vmap(fixed.evaluate))(jnp.asarray(decisions)))
+    good = costs[off == 0.0]
+    figures = {
+        "straight_m": float(jax.jit(fixed.evaluate)(jnp.zeros(m.size)).costs[0]),
+        "at_no_turn_m": float(
+            np.linalg.norm(base_at(m, np.eye(3), jnp.asarray(m.q_end)).translation)
+        ),
+        "fixed_end_m": [float(good[:, 0].min()), float(good[:, 0].max())],
+        "fixed_end_turn_rad": [float(good[:, 1].min()), float(good[:, 1].max())],
+    }
+    free = shrunk(
+        problem(m, names[:2], bounds={"hand_distance": NEAR}, arrive=True, swing=swing), share
+    )
+    generations = options.generations // (20 if m.robot.planar else 100)
+    result = moead(free, MoeadSettings(), generations, key=jax.random.key(options.seed))
+    _, front = result.front()
+    figures["freed_end"] = [[float(x) for x in row] for row in front[:: max(1, len(front) // 8)]]
+    print(f"\nBase of the {m.robot.name}: {figures}")
+    return figures
+
+
+def shrunk(posed: Problem, share: float) -> Problem:
+    """The same problem in the middle of its box."""
+    return dataclasses.replace(posed, lower=share * posed.lower, upper=share * posed.upper)
+
+
+def replays(m: Manoeuvre, decision: Float[ndarray, " c"]) -> dict[str, Any]:
+    """Part 4: MuJoCo against the model that counts the object's momentum, and the printed one."""
+    figures = {}
+    for momentum in ("system", "robot"):
+        found = disagreement(replay(m.replace(momentum=momentum), jnp.asarray(decision)))
+        figures[momentum] = {
+            "base_place_share": found.base_place_share,
+            "base_turn_share": found.base_turn_share,
+            "object_force_share": found.force,
+            "object_moment_share": found.moment,
+            "hand_force_share": max(found.hand_forces),
+        }
+        print(f"MuJoCo against the momentum of the {momentum}: {found}")
+    return figures
+
+
+def spatial_run(options: Options) -> dict[str, Any]:
+    """Part 5: the servicer."""
+    m = servicer_manoeuvre()
+    names = ("object_force", "object_moment", "base_turn")
+    posed = shrunk(problem(m, names), 0.1)
+    straight = np.asarray(jax.jit(posed.evaluate)(jnp.zeros(m.size)).costs)
+    generations = options.generations // 25
+    result, took = timed(lambda: moead(posed, MoeadSettings(), generations, key=jax.random.key(0)))
+    decisions, costs = result.front()
+    best = decisions[knee(costs)]
+    found = disagreement(replay(m, jnp.asarray(best)))
+    print(f"\nservicer: straight {straight}, knee {costs[knee(costs)]}, least {costs.min(0)}, "
+          f"{int(result.evaluations)} evaluations in {took:.0f} s; MuJoCo: {found}")  # fmt: skip
+    if options.gif:
+        save_animation(OUT / "servicer.gif", m, jnp.asarray(best))
+    figures = {"straight": straight.tolist(), "knee": costs[knee(costs)].tolist()}
+    return {**figures, "replay": dataclasses.asdict(found), "seconds": round(took, 1)}
+
+
+def main(arguments: list[str]) -> None:
+    """Runs the parts and prints the JSON line."""
+    options = read_options(Options, arguments)
+    if unknown := set(options.parts) - set(PARTS):
+        raise SystemExit(f"error: parts={','.join(sorted(unknown))}: expected some of {PARTS}")
+    runtime.configure(float64=True)
+    print(platform.processor() or platform.machine(), f"{os.cpu_count()} cores", provenance())
+    OUT.mkdir(parents=True, exist_ok=True)
+    m = planar_manoeuvre(ManoeuvreSettings(), PlanarSettings(link_inertia="physical"))
+    best = np.zeros(m.size)
+    figures: dict[str, Any] = {"experiment": "space_robot"}
+    if "thesis" in options.parts:
+        printed = thesis_run(options)
+        figures |= {name: printed[name] for name in ("evaluations", "seconds")}
+        figures |= printed["all nine: nearest to a wish"] | {"as_printed": printed}
+    if "consistent" in options.parts:
+        found, best = consistent_run(options, m)
+        runs = found["optimisers"].items()
+        figures["hypervolume"] = {name: run["hypervolume"] for name, run in runs}
+        figures["consistent"] = found
+        way = path(m, jnp.asarray(best), np.linspace(0.0, 1.0, 201))
+        path_figure(m.robot, way).savefig(OUT / "path.svg")
+        if options.gif:
+            save_animation(OUT / "manoeuvre.gif", m, jnp.asarray(best))
+    if "base" in options.parts:
+        figures["base"] = {
+            "planar": base_run(options, m, share=1.0, swing=0.0),
+            "servicer": base_run(options, servicer_manoeuvre(), share=0.2, swing=3.0),
+        }
+    if "replay" in options.parts:
+        figures["replay"] = replays(m, best)
+    if "servicer" in options.parts:
+        figures["servicer"] = spatial_run(options)
+    print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

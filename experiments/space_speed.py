@@ -1,0 +1,264 @@
+"""Evaluations a second of the thesis' nine objectives: this package against NumPy under pymoo.
+
+    pip install -e ".[rival]"
+    python experiments/space_speed.py [generations=20] [rival_generations=2] [repeats=5] [nodes=32]
+
+Both compute C_f1 to C_f9 (thesis Eqs 7.17, 7.19, 7.21) of the same manoeuvre as it is printed: six
+independent joints, momentum of the robot alone. The rival is the closed form in NumPy, vectorised
+over the 5,001 samples of 0.01 s, one decision at a time, driven by pymoo's MOEA/D with the lattice
+of weights that ours takes too; `rival_alone` is the same without pymoo. Ours takes `nodes`
+samples of a Gauss quadrature, all cores, and MOEA/D in one compiled program. The largest relative
+difference of the costs over random decisions is printed first, for each number of nodes. Both run
+alternately in this process; compilation is timed apart. Last line: JSON.
+"""
+
+import dataclasses
+import json
+import os
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pymoo
+from jaxtyping import Float
+from numpy import ndarray
+from pymoo.algorithms.moo.moead import MOEAD
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+
+from mjx_inertia import runtime
+from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import read_options
+from mjx_inertia.search import ArchiveSettings, MoeadSettings, moead
+from mjx_inertia.search.problem import evaluate_all
+from mjx_inertia.search.weights import simplex_lattice
+from mjx_inertia.space import (
+    AS_PRINTED,
+    BOUND,
+    THESIS,
+    Manoeuvre,
+    PlanarSettings,
+    planar_dynamics,
+    planar_manoeuvre,
+    problem,
+)
+
+SAMPLES = 5001
+DIVISIONS = 3  # of the lattice: 165 weights for nine costs
+CHECKED = 200  # random decisions
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Of the script.
+
+    Attributes:
+      generations: of our MOEA/D in one run.
+      rival_generations: of pymoo's.
+      repeats: of both.
+      nodes: of our quadrature.
+    """
+
+    generations: int = 20
+    rival_generations: int = 2
+    repeats: int = 5
+    nodes: int = 32
+
+
+class Rival:
+    """The nine objectives in NumPy at 5,001 samples.
+
+    Attributes:
+      s: figures of the robot.
+      m: the manoeuvre.
+    """
+
+    def __init__(self, s: PlanarSettings, m: Manoeuvre) -> None:
+        """Computes once what does not depend on the decision."""
+        self.s, self.m = s, m
+        self.tau = np.linspace(0.0, 1.0, SAMPLES)
+        self.powers = np.vander(self.tau, 8, increasing=True)
+        start, end = (np.asarray(q, np.float64) for q in (m.q_start, m.q_end))
+        lower, upper = np.asarray(m.robot.lower), np.asarray(m.robot.upper)
+        self.half, self.middle = (upper - lower) / 2.0, (upper + lower) / 2.0
+        self.ends = [np.arcsin((q - self.middle) / self.half) for q in (start, end)]
+        terms = [planar_dynamics.planar_terms(s, np.zeros(1), q[None], np) for q in (start, end)]
+        self.com = [np.array([t.H[0, 1, 2], -t.H[0, 0, 2]]) / t.H[0, 0, 0] for t in terms]
+        self.hands = terms[1].hands[0]
+        self.wanted = self._hands_at(0.0)
+
+    def costs(self, decision: Float[ndarray, "12"]) -> Float[ndarray, "9"]:
+        """C_f1 to C_f9 of one decision."""
+        q, qd, qdd = self._joints(decision.reshape(6, 2))
+        terms = planar_dynamics.planar_terms(self.s, np.zeros(SAMPLES), q, np)
+        J_a = planar_dynamics.momentum_map(terms, np)
+        base = _product(J_a, qd)
+        wrench = self._wrench(terms, J_a, np.concatenate([base, qd], -1), qdd)
+        theta = float(np.trapezoid(base[:, 2], self.tau)) * self.m.duration
+        error = self._hands_at(theta) - self.wanted
+        drift = [*np.abs(self._base_at(theta)), abs(theta)]
+        return np.array([*np.sqrt((wrench**2).sum(0)), *drift, *np.sqrt((error**2).sum(0))])
+
+    def _joints(self, free: Float[ndarray, "6 2"]) -> list[Float[ndarray, "5001 6"]]:
+        """Eqs 7.12 to 7.15: positions, rates, accelerations."""
+        p, q = free.T
+        way = self.ends[1] - self.ends[0]
+        zero = np.zeros(6)
+        rows = [self.ends[0], zero, zero, 10 * way - p - 3 * q, -15 * way + 3 * p + 8 * q,
+                6 * way - 3 * p - 6 * q, p, q]  # fmt: skip
+        polynomial, power = np.stack(rows), np.arange(8)[:, None]
+        slope = (power * polynomial)[1:] / self.m.duration
+        curvature = (power[:-1] * slope)[1:] / self.m.duration
+        s, rate, gain = (self.powers[:, : len(c)] @ c for c in (polynomial, slope, curvature))
+        sine, cosine = self.half * np.sin(s), self.half * np.cos(s)
+        return [self.middle + sine, cosine * rate, cosine * gain - sine * rate**2]
+
+    def _wrench(
+        self,
+        terms: planar_dynamics.PlanarTerms,
+        J_a: Float[ndarray, "t 3 6"],
+        rates: Float[ndarray, "t 9"],
+        qdd: Float[ndarray, "t 6"],
+    ) -> Float[ndarray, "t 3"]:
+        """F_tot of Eq. 7.9 in the object's axes."""
+        velocity = planar_dynamics.velocity_terms(self.s, terms, rates, np)
+        reduced = planar_dynamics.reduced_terms(terms, velocity, J_a, np)
+        torque = _product(reduced.H_el, qdd) + reduced.c_el
+        hands = np.linalg.solve(np.swapaxes(reduced.J_g, -1, -2), torque[..., None])[..., 0]
+        angle = terms.hands[:, 0, 2]
+        sine, cosine = np.sin(angle), np.cos(angle)
+        place = terms.hands[:, 0, :2] + self.s.object_radius * np.stack([-sine, cosine], -1)
+        total = _product(planar_dynamics.grasp_map(place, terms.hands, np), hands)
+        pulled = velocity.c[:, :3] + _product(terms.H[:, :3, 3:], qdd)
+        gain = -np.linalg.solve(terms.H[:, :3, :3], pulled[..., None])[..., 0]
+        H, c = planar_dynamics.object_terms(self.s, terms, rates, np)
+        load = (_product(H, np.concatenate([gain, qdd], -1)) + c)[:, :3]
+        load[:, 2] -= place[:, 0] * load[:, 1] - place[:, 1] * load[:, 0]  # about the CoM
+        x, y, moment = (total + load).T
+        # the object's x axis points against the right hand's y
+        return np.stack([sine * x - cosine * y, cosine * x + sine * y, moment], -1)
+
+    def _base_at(self, theta: float) -> Float[ndarray, "2"]:
+        """The base when it has turned by `theta`: the centre of mass has not moved."""
+        return self.com[0] - _turned(theta, self.com[1])
+
+    def _hands_at(self, theta: float) -> Float[ndarray, "2 3"]:
+        place = _turned(theta, self.hands[:, :2]) + self._base_at(theta)
+        return np.concatenate([place, self.hands[:, 2:] + theta], -1)
+
+
+def _product(matrix: Float[ndarray, "t a b"], vector: Float[ndarray, "t b"]) -> ndarray:
+    return (matrix @ vector[..., None])[..., 0]
+
+
+def _turned(angle: float, points: Float[ndarray, "*n 2"]) -> Float[ndarray, "*n 2"]:
+    c, s = np.cos(angle), np.sin(angle)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+class Posed(ElementwiseProblem):
+    """The rival's objectives as pymoo's problem."""
+
+    def __init__(self, rival: Rival) -> None:
+        """Bounds as in the thesis."""
+        super().__init__(n_var=12, n_obj=9, xl=-BOUND, xu=BOUND)
+        self.rival = rival
+
+    def _evaluate(self, x: Float[ndarray, "12"], out: dict, *_: object, **__: object) -> None:
+        costs = self.rival.costs(x)
+        out["F"] = np.where(np.isfinite(costs), costs, 1e9)
+
+
+def timed(run: Callable[[], object]) -> float:
+    """Seconds of a run."""
+    start = time.perf_counter()
+    jax.block_until_ready(run())
+    return time.perf_counter() - start
+
+
+def differences(
+    rival: Rival, m: Manoeuvre, counts: Sequence[int]
+) -> dict[int, tuple[float, float]]:
+    """For numbers of nodes the largest relative difference of a cost, and the share compared.
+
+    Compared are random decisions that the quadrature calls resolved at this number.
+    """
+    rng = np.random.default_rng(0)
+    decisions = rng.uniform(-BOUND, BOUND, (CHECKED, 12))
+    expected = np.stack([rival.costs(x) for x in decisions])
+    # drifts and errors that nearly vanish are compared with a hundredth of their usual size
+    scale = np.maximum(np.abs(expected), np.median(np.abs(expected), 0) * 1e-2)
+    found = {}
+    for count in counts:
+        posed = problem(m.replace(nodes=count), THESIS)
+        costs, off = map(np.asarray, jax.jit(jax.vmap(posed.evaluate))(jnp.asarray(decisions)))
+        good = off == 0.0
+        apart = np.abs(costs - expected)[good] / scale[good]
+        found[count] = float(apart.max(initial=0.0)), float(good.mean())
+    return found
+
+
+def main(arguments: list[str]) -> None:
+    """Prints the differences, the speeds and the JSON line."""
+    options = read_options(Options, arguments)
+    runtime.configure(float64=True)
+    settings = PlanarSettings()
+    m = planar_manoeuvre(AS_PRINTED, settings).replace(nodes=options.nodes)
+    rival = Rival(settings, m)
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores", provenance())
+    print(f"pymoo {pymoo.__version__}, numpy {np.__version__}")
+    found = differences(rival, m, sorted({20, 24, 32, 40, options.nodes}))
+    for nodes, (off, share) in found.items():
+        print(f"{nodes} nodes: largest relative difference {off:.1e} of the {share:.1%} resolved")
+
+    posed = problem(m, THESIS)
+    weights = simplex_lattice(9, DIVISIONS)
+    size = len(weights)
+    ours = MoeadSettings(population=size, children=size, archive=ArchiveSettings(size))
+    go = lambda: moead(posed, ours, options.generations, key=jax.random.key(0)).costs  # noqa: E731
+    first = timed(go)
+    batch = jnp.asarray(np.random.default_rng(1).uniform(-BOUND, BOUND, (20_000, 12)))
+    many = jax.jit(lambda decisions: evaluate_all(posed, decisions))
+    alone_first = timed(lambda: many(batch))
+    queue = iter(np.asarray(batch))
+    run: dict[str, list[float]] = {"ours": [], "ours_alone": [], "rival": [], "rival_alone": []}
+    for seed in range(options.repeats):
+        run["ours"].append(timed(go))
+        run["ours_alone"].append(timed(lambda: many(batch)))
+        algorithm = MOEAD(weights, n_neighbors=20, prob_neighbor_mating=0.9)
+        stop = ("n_gen", options.rival_generations)
+        run["rival"].append(
+            timed(lambda a=algorithm, s=stop, k=seed: minimize(Posed(rival), a, s, seed=k))
+        )
+        run["rival_alone"].append(timed(lambda: [rival.costs(next(queue)) for _ in range(50)]))
+    middle = {name: statistics.median(seconds) for name, seconds in run.items()}
+    speed = {
+        "ours": len(weights) * (options.generations + 1) / middle["ours"],
+        "ours_alone": len(batch) / middle["ours_alone"],
+        "rival": len(weights) * options.rival_generations / middle["rival"],
+        "rival_alone": 50 / middle["rival_alone"],
+    }
+    for name, rate in speed.items():
+        print(f"{name}: {rate:,.0f} evaluations/s")
+    print(
+        json.dumps(
+            {
+                "experiment": "space_speed",
+                **{f"{name}_evaluations_per_s": round(rate, 1) for name, rate in speed.items()},
+                "ratio": round(speed["ours"] / speed["rival"], 1),
+                "ratio_alone": round(speed["ours_alone"] / speed["rival_alone"], 1),
+                "compile_s": round(first - middle["ours"], 1),
+                "compile_alone_s": round(alone_first - middle["ours_alone"], 1),
+                "largest_relative_difference": found[options.nodes][0],
+            }
+        )
+    )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,148 @@
+"""A manoeuvre that spares the captured object: `python -m mjx_inertia.space`."""
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia import runtime
+from mjx_inertia.pareto import knee
+from mjx_inertia.search import MoeadSettings, moead
+from mjx_inertia.space.animation import save_animation
+from mjx_inertia.space.default_manoeuvres import START, TARGET, planar_manoeuvre
+from mjx_inertia.space.end_configuration import MOTIONS, ManoeuvreSettings
+from mjx_inertia.space.figures import fronts_figure, parallel_figure, path_figure
+from mjx_inertia.space.manoeuvre import Manoeuvre
+from mjx_inertia.space.node import MOMENTA
+from mjx_inertia.space.objectives import OBJECTIVES, THESIS, problem
+from mjx_inertia.space.path import path
+from mjx_inertia.space.planar_robot import PlanarSettings
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Searches, prints a table, writes the figures; returns the exit status."""
+    given = _parser().parse_args(arguments)
+    runtime.configure(float64=True)
+    try:
+        _run(given)
+    except (ValueError, OSError) as error:
+        print(" ".join(str(error).split()), file=sys.stderr)
+        return 2
+    return 0
+
+
+def _run(given: argparse.Namespace) -> None:
+    folder = Path(given.out)
+    _check_writable(folder)
+    if given.generations < 1:
+        raise ValueError(f"--generations {given.generations}: expected 1 or more")
+    settings = ManoeuvreSettings(
+        duration=given.duration, motion=given.motion, momentum=given.momentum
+    )
+    figures = PlanarSettings(object_mass=given.mass, link_inertia=given.link_inertia)
+    m = planar_manoeuvre(settings, figures, tuple(given.start), tuple(given.target))
+    start = time.perf_counter()
+    posed = problem(m, given.objectives)
+    result = moead(posed, MoeadSettings(), given.generations, key=jax.random.key(given.seed))
+    decisions, costs = result.front()
+    seconds = time.perf_counter() - start
+    if not len(costs):
+        raise ValueError(
+            f"none of {int(result.evaluations)} decisions holds the object all the way within the "
+            "joints' limits; give more --generations, another --target or --motion independent"
+        )
+    chosen = knee(costs)
+    straight, best = _nine(m, np.stack([np.zeros(m.size), decisions[chosen]]))
+    print(
+        f"{m.robot.name}, {given.motion} joints, momentum of the {given.momentum}: "
+        f"{int(result.evaluations)} evaluations in {seconds:.0f} s, {len(costs)} on the front of "
+        f"{', '.join(given.objectives)}; its knee:"
+    )
+    print(_table(straight, best))
+    folder.mkdir(parents=True, exist_ok=True)
+    _write(folder, m, given.objectives, (decisions, costs), chosen)
+    print(f"figures: {folder}")
+
+
+def _nine(m: Manoeuvre, decisions: Float[ndarray, "n c"]) -> Float[ndarray, "n 9"]:
+    """C_f1 to C_f9."""
+    return np.asarray(jax.jit(jax.vmap(problem(m, THESIS).evaluate))(jnp.asarray(decisions)).costs)
+
+
+def _table(straight: Float[ndarray, "9"], best: Float[ndarray, "9"]) -> str:
+    lines = [f"{'':14} {'straight quintic':>17} {'chosen':>12}"]
+    for name, before, after in zip(THESIS, straight, best, strict=True):
+        lines.append(f"{name:14} {before:17.4g} {after:12.4g}")
+    return "\n".join(lines)
+
+
+def _write(
+    folder: Path,
+    m: Manoeuvre,
+    names: Sequence[str],
+    front: tuple[Float[ndarray, "n c"], Float[ndarray, "n k"]],
+    chosen: int,
+) -> None:
+    decisions, costs = front
+    posed = problem(m, names)
+    straight = np.asarray(jax.jit(posed.evaluate)(jnp.zeros(m.size)).costs)
+    if len(names) >= 3:
+        baseline = dict(zip(names, straight, strict=True))
+        pairs = {"front": (names[:3], costs[:, :3])}
+        fronts_figure(pairs, baseline).savefig(folder / "front.svg")
+    shown = parallel_figure(costs, names, {"knee": chosen}, straight)
+    shown.savefig(folder / "parallel.svg")
+    tau = np.linspace(0.0, 1.0, 201)
+    course = path(m, decisions[chosen], tau)
+    path_figure(m.robot, course).savefig(folder / "path.svg")
+    np.savez(folder / "front.npz", decisions=decisions, costs=costs, names=np.array(names))
+    save_animation(folder / "manoeuvre.gif", m, jnp.asarray(decisions[chosen]))
+
+
+def _check_writable(folder: Path) -> None:
+    """Before the work, which takes its time."""
+    place = folder if folder.exists() else folder.absolute().parent
+    if not place.is_dir() or not os.access(place, os.W_OK):
+        raise OSError(f"{folder}: cannot be written; expected a folder, or a new one in a folder")
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def _parser() -> _Parser:
+    parser = _Parser(
+        prog="python -m mjx_inertia.space",
+        description="Searches joint motions of the planar space robot, and draws what it finds.",
+    )
+    add = parser.add_argument
+    add("--motion", default="consistent", choices=MOTIONS, help="independent: as in the thesis")
+    add("--momentum", default="system", choices=MOMENTA, help="robot: as in the thesis")
+    add("--link-inertia", default="physical", help="table (as printed) or physical")
+    add("--objectives", nargs="+", default=["force", "moment", "base_turn"], metavar="NAME",
+        help=f"costs to weigh, of {', '.join(OBJECTIVES)}")  # fmt: skip
+    for name, pose in (("start", START), ("target", TARGET)):
+        add(f"--{name}", type=float, nargs=3, default=pose, metavar=("X", "Y", "ANGLE"),
+            help="of the object, m and rad, in the base as it starts")  # fmt: skip
+    add("--mass", type=float, default=10.0, help="of the object, kg")
+    add("--duration", type=float, default=50.0, help="s")
+    add("--generations", type=int, default=300, help="of MOEA/D with about 100 decisions each")
+    add("--seed", type=int, default=0, help="of the search")
+    add("--out", default="space_manoeuvre", help="folder for figures and the front")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,119 @@
+"""Space robots made of arms on a base, and a servicing satellite with two Schunk LWA4D.
+
+In: inertia of a base, two `robots.Arm`, where they are mounted. Out: `SpaceRobot`. The satellite
+and the object it captures are of our making: a bus of a small servicer's size and mass, an object
+that no plane of symmetry makes easy.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from mjx_inertia.robots import Arm, lwa4d
+from mjx_inertia.robots.rigid_links import body_of, cuboid, merged, pose, stacked_links
+from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, entry, stacked_poses
+from mjx_inertia.spatial import InertialParameters, Pose
+
+SIDES = ("right", "left")
+_BUS_MASS, _BUS_EDGE = 150.0, 1.0  # kg, m
+_SHOULDER_Y = 0.35  # m
+_HALF_WIDTH = 0.25  # m: of the captured object, from its frame to each hand
+# both arms, elbows outward, near holding the captured object 0.7 m in front of the bus
+SERVICER_READY = np.tile([0.0, 0.74, 0.0, -1.57, 0.0, -0.74, 0.0], 2)
+SERVICER_READY[[0, 7]] = -1.57, 1.57
+# one joint of the left arm leads too: the matrix of the six that follow then stays regular
+SERVICER_LEADING = (0, 1, 2, 3, 4, 5, 6, 11)
+
+
+def with_arms(
+    base: InertialParameters,
+    base_size: tuple[float, float, float],
+    arms: tuple[Arm, Arm],
+    mounts: tuple[Pose, Pose],
+    name: str = "",
+) -> SpaceRobot:
+    """A base with two arms: joints of the first, `right_...`, then of the second, `left_...`.
+
+    Args:
+      base: inertia of the base in its frame.
+      base_size: edges of its box, m.
+      arms: of any robots; their payloads are part of their last links, their gravity is ignored.
+      mounts: T_base_world of each arm: its world in the base.
+      name: of the robot.
+    """
+    poses, links, parents, hands, names = [], [], [], [], []
+    for side, arm, mount in zip(SIDES, arms, mounts, strict=True):
+        first = len(parents)
+        chain = [entry(arm.T_parent_joint, i) for i in range(arm.dof)]
+        poses += [mount @ arm.T_world_base @ chain[0], *chain[1:]]
+        links += _links(arm)
+        parents += [BASE, *range(first, first + arm.dof - 1)]
+        hands.append(len(parents) - 1)
+        own = arm.joint_names or tuple(f"joint_{i + 1}" for i in range(arm.dof))
+        names += [f"{side}_{joint}" for joint in own]
+
+    def both(field: str) -> Float[ndarray, "n ..."]:
+        return np.concatenate([np.asarray(getattr(arm, field)) for arm in arms])
+
+    return SpaceRobot(
+        base=base,
+        T_parent_joint=stacked_poses(poses),
+        axis=both("axis"),
+        links=stacked_links(links),
+        armature=both("armature"),
+        lower=both("lower"),
+        upper=both("upper"),
+        T_link_hand=stacked_poses([arm.T_link_hand for arm in arms]),
+        parents=tuple(parents),
+        hands=(hands[0], hands[1]),
+        prismatic=arms[0].prismatic + arms[1].prismatic,
+        radius=0.05,
+        base_size=base_size,
+        name=name,
+        joint_names=tuple(names),
+    )
+
+
+def servicer() -> SpaceRobot:
+    """A cube of 1 m and 150 kg with two LWA4D on its front, which looks along x; z is up.
+
+    The link inertias of the LWA4D are estimates, see `robots.lwa4d`.
+    """
+    edges = _BUS_EDGE, _BUS_EDGE, _BUS_EDGE
+    bus = cuboid(_BUS_MASS, edges, (0.0, 0.0, 0.0))
+    arm = lwa4d()
+    # an arm stands along z of its world: that is x of the bus
+    mounts = [
+        pose((_BUS_EDGE / 2.0, side * _SHOULDER_Y, 0.0), (0.0, np.pi / 2.0, 0.0))
+        for side in (-1.0, 1.0)
+    ]
+    return with_arms(bus, edges, (arm, arm), (mounts[0], mounts[1]), "servicer")
+
+
+def servicer_capture() -> Capture:
+    """An object of 12 kg in the servicer's hands: 0.5 m between them, along y of its frame.
+
+    Its CoM lies beside the line between the hands; its principal axes are those of no hand.
+    """
+    inertia = np.array([[0.62, 0.05, -0.04], [0.05, 0.48, 0.07], [-0.04, 0.07, 0.71]])
+    # a hand's z points into the object: along y for the right hand, against it for the left
+    turns = [pose((0.0, 0.0, 0.0), (angle, 0.0, 0.0)) for angle in (-np.pi / 2.0, np.pi / 2.0)]
+    T_obj_hand = [
+        Pose(turn.rotation, np.array([0.0, side * _HALF_WIDTH, 0.0]))
+        for turn, side in zip(turns, (-1.0, 1.0), strict=True)
+    ]
+    return Capture(
+        inertial=body_of(12.0, (0.06, 0.03, -0.05), inertia),
+        T_hand_obj=stacked_poses([T.inverse() for T in T_obj_hand]),
+        radius=0.3,
+    )
+
+
+def _links(arm: Arm) -> list[InertialParameters]:
+    links = [
+        InertialParameters(arm.links.mass[i], arm.links.com[i], arm.links.inertia[i])
+        for i in range(arm.dof)
+    ]
+    if arm.payload is not None:
+        links[-1] = merged([links[-1], arm.payload])
+    return links

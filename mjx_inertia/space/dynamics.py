@@ -1,0 +1,154 @@
+"""Dynamics of a free-floating robot without thrust: thesis Eqs 7.1 to 7.8, for any tree.
+
+In: a `SpaceRobot`, what it holds, and one state. Out: inertia matrices, velocity forces, the base's
+motion that follows from zero momentum, the Generalised Jacobian, reduced dynamics. Twists, wrenches
+and accelerations are in the axes of the base, (linear, angular), six entries or, for a planar
+robot, the three of `robot.axes`; `held` is the object that moves with the hands, whose momentum
+counts. The thesis leaves it out of Eqs 7.1 to 7.8 (`held=None`).
+"""
+
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float
+
+from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
+from mjx_inertia.space.tree_recursions import (
+    base_columns,
+    composite_inertias,
+    frames,
+    hand_columns,
+    hand_frames,
+    newton_euler,
+    row,
+    tree_bodies,
+    tree_joints,
+)
+from mjx_inertia.spatial.components import stacked
+
+
+@struct.dataclass
+class Inertias:
+    """Mass matrix of the tree in blocks: thesis Eq. 7.1; k is 3 for a planar robot, else 6.
+
+    Attributes:
+      base: H_b.
+      coupling: H_bm.
+      joints: H_m, of all joints.
+    """
+
+    base: Float[Array, "k k"]
+    coupling: Float[Array, "k n"]
+    joints: Float[Array, "n n"]
+
+
+@struct.dataclass
+class Forces:
+    """Wrench at the base's origin, in its axes (N, N m), and torques (N m, or N)."""
+
+    base: Float[Array, " k"]
+    joints: Float[Array, " n"]
+
+
+def inertias(robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = None) -> Inertias:
+    """H_b, H_bm and H_m at joint positions `q`."""
+    check_shape(robot, q=q)
+    base, bodies = tree_bodies(robot, held)
+    matrix = composite_inertias(robot, tree_joints(robot, row(q)), base, bodies)
+    return Inertias(
+        stacked(matrix.base, q.dtype),
+        stacked(matrix.coupling, q.dtype).T,
+        stacked(matrix.joints, q.dtype),
+    )
+
+
+def inverse_dynamics(
+    robot: SpaceRobot,
+    q: Float[Array, " n"],
+    base: tuple[Float[Array, " k"], Float[Array, " k"]],
+    rates: tuple[Float[Array, " n"], Float[Array, " n"]],
+    held: Capture | None = None,
+) -> Forces:
+    """What a motion takes: the recursive Newton-Euler algorithm from a base that moves.
+
+    Args:
+      robot: the tree.
+      q: joint positions.
+      base: twist of the base, and its acceleration (that of its origin, in its axes).
+      rates: joint velocities and accelerations.
+      held: the object that moves with the first hand.
+    """
+    check_shape(robot, q=q, qd=rates[0], qdd=rates[1])
+    own, bodies = tree_bodies(robot, held)
+    joints = tree_joints(robot, row(q))
+    motion, moving = (row(base[0]), row(base[1])), (row(rates[0]), row(rates[1]))
+    forces, _ = newton_euler(robot, joints, own, bodies, motion, moving)
+    return Forces(stacked(forces.base, q.dtype), stacked(forces.joints, q.dtype))
+
+
+def velocity_forces(
+    robot: SpaceRobot,
+    q: Float[Array, " n"],
+    base_twist: Float[Array, " k"],
+    qd: Float[Array, " n"],
+    held: Capture | None = None,
+) -> Forces:
+    """c_b and c_m of Eq. 7.1: Coriolis and centrifugal forces."""
+    still = jnp.zeros_like(base_twist), jnp.zeros_like(qd)
+    return inverse_dynamics(robot, q, (base_twist, still[0]), (qd, still[1]), held)
+
+
+def momentum_map(matrix: Inertias) -> Float[Array, "k n"]:
+    """J_a of Eq. 7.3: twist of the base for joint rates without momentum, -H_b⁻¹ H_bm."""
+    return -jnp.linalg.solve(matrix.base, matrix.coupling)
+
+
+def hand_jacobians(
+    robot: SpaceRobot, q: Float[Array, " n"]
+) -> tuple[Float[Array, "2 k k"], Float[Array, "2 k n"]]:
+    """J_b and J_e of Eq. 7.4: twists of both hands for those of the base and of the joints."""
+    check_shape(robot, q=q)
+    links = frames(robot, tree_joints(robot, row(q)))
+    hands = hand_frames(robot, links)
+    of_base = [base_columns(robot, hand.origin) for hand in hands]
+    of_joints = [hand_columns(robot, links, k, hand.origin) for k, hand in enumerate(hands)]
+    return (
+        stacked(of_base, q.dtype).swapaxes(1, 2),
+        stacked(of_joints, q.dtype).swapaxes(1, 2),
+    )
+
+
+def generalized_jacobian(
+    robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = None
+) -> Float[Array, "m n"]:
+    """J_g of Eq. 7.5: twists of the right and the left hand for joint rates without momentum.
+
+    Umetani and Yoshida 1989; errata 22.
+    """
+    of_base, of_joints = hand_jacobians(robot, q)
+    both = of_joints + of_base @ momentum_map(inertias(robot, q, held))
+    return both.reshape(-1, robot.dof)
+
+
+def reduced_inertia(matrix: Inertias) -> Float[Array, "n n"]:
+    """H_el of Eqs 7.6 and 7.7 (errata 23): what the joints feel of a base that is free."""
+    return matrix.joints + matrix.coupling.T @ momentum_map(matrix)
+
+
+def reduced_forces(matrix: Inertias, forces: Forces) -> Float[Array, " n"]:
+    """c_el of Eq. 7.8 (errata 23): c_m - H_bmᵀ H_b⁻¹ c_b."""
+    return forces.joints + momentum_map(matrix).T @ forces.base
+
+
+def forward_dynamics(
+    robot: SpaceRobot,
+    q: Float[Array, " n"],
+    base_twist: Float[Array, " k"],
+    qd: Float[Array, " n"],
+    torque: Float[Array, " n"],
+    held: Capture | None = None,
+) -> tuple[Float[Array, " k"], Float[Array, " n"]]:
+    """Accelerations that `torque` causes: of the base (its origin, in its axes), of the joints."""
+    matrix = inertias(robot, q, held)
+    forces = velocity_forces(robot, q, base_twist, qd, held)
+    gain = jnp.linalg.solve(reduced_inertia(matrix), torque - reduced_forces(matrix, forces))
+    return -jnp.linalg.solve(matrix.base, forces.base + matrix.coupling @ gain), gain

@@ -1,0 +1,244 @@
+"""A manoeuvre: from rest to rest with the object, and what it does to base, object and hands.
+
+In: robot, object, end configurations, target. Out: `Manoeuvre`, and `Course` of one decision: the
+signals at the nodes of a quadrature, the final base, the hands' errors, a status. The base starts
+in the world's frame at rest. Written for one decision.
+
+Two kinds of motion (errata 27). "consistent": the leading joints have free coefficients, the others
+follow from the grasp. "independent": every joint has its own, as printed, and the hands drift
+apart, which `Course.closure` reports.
+"""
+
+import enum
+
+import jax
+import jax.numpy as jnp
+import jaxlie
+import numpy as np
+from flax import struct
+from jaxtyping import Array, Float, Int
+
+from mjx_inertia.space.closure import follow
+from mjx_inertia.space.node import Node, node
+from mjx_inertia.space.quadrature import Rule, attitude, gauss, integral, unresolved
+from mjx_inertia.space.robot import Capture, SpaceRobot, entry
+from mjx_inertia.space.trajectory import COEFFICIENTS, JointMotion, joint_motion
+from mjx_inertia.space.tree_recursions import (
+    center_of_mass,
+    frames,
+    hand_frames,
+    row,
+    tree_bodies,
+    tree_joints,
+)
+from mjx_inertia.spatial import AnyArray, Pose
+from mjx_inertia.spatial.components import stacked
+from mjx_inertia.spatial.extremes import greatest
+
+
+class CourseStatus(enum.IntEnum):
+    """What became of a decision; of several reasons the first."""
+
+    OK = 0
+    NOT_FINITE = 1  # a leading joint's end is outside its limits, or J_g is singular on the way
+    NOT_HELD = 2  # the hands cannot hold the object together on the way
+    JOINT_LIMIT = 3  # of a joint that follows
+    UNRESOLVED = 4  # the signals vary faster than the nodes can tell
+
+
+@struct.dataclass
+class Manoeuvre:
+    """What is to be done.
+
+    Attributes:
+      robot: the tree.
+      capture: the object that both hands hold.
+      q_start: joint positions at the start, in which the hands hold the object.
+      q_end: joint positions at the end.
+      T_world_obj: target of the object; the base starts as the world's frame.
+      duration: t_f, s.
+      leading: joints that have coefficients; all for "independent" motion.
+      momentum: "system" or "robot", see `node.py`.
+      nodes: of the quadrature.
+      closure_limit: greatest distance (m) and angle (rad) between the hands' objects; None reports
+        them only.
+    """
+
+    robot: SpaceRobot
+    capture: Capture
+    q_start: Float[AnyArray, " n"]
+    q_end: Float[AnyArray, " n"]
+    T_world_obj: Pose
+    duration: float = struct.field(pytree_node=False, default=50.0)
+    leading: tuple[int, ...] = struct.field(pytree_node=False, default=())
+    momentum: str = struct.field(pytree_node=False, default="system")
+    nodes: int = struct.field(pytree_node=False, default=32)
+    closure_limit: float | None = struct.field(pytree_node=False, default=1e-6)
+
+    @property
+    def consistent(self) -> bool:
+        """Whether some joints follow from the grasp."""
+        return len(self.leading) < self.robot.dof
+
+    @property
+    def following(self) -> tuple[int, ...]:
+        """Joints without coefficients."""
+        return tuple(i for i in range(self.robot.dof) if i not in self.leading)
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients."""
+        return COEFFICIENTS * len(self.leading)
+
+    @property
+    def rule(self) -> Rule:
+        """The quadrature."""
+        return gauss(self.nodes)
+
+
+@struct.dataclass
+class Course:
+    """What one decision does.
+
+    Attributes:
+      motion: of the joints at the nodes.
+      nodes: one entry a node.
+      base_place: of the base at the end, m, in the world.
+      base_turn: rotation vector of the base at the end, rad.
+      hand_error: position (m) of the right and the left hand against where they should be, world.
+      hand_turn: rotation vector of the same, rad.
+      closure: greatest distance (m) and angle (rad) between the objects of the two hands.
+      limit_excess: how far a following joint goes beyond its limits, rad (m).
+      unresolved: share of the total wrench that the nodes do not resolve.
+      status: a `CourseStatus`.
+    """
+
+    motion: JointMotion
+    nodes: Node
+    base_place: Float[Array, "3"]
+    base_turn: Float[Array, "3"]
+    hand_error: Float[Array, "2 3"]
+    hand_turn: Float[Array, "2 3"]
+    closure: Float[Array, "2"]
+    limit_excess: Float[Array, ""]
+    unresolved: Float[Array, ""]
+    status: Int[Array, ""]
+
+
+RESOLVED = 5e-4  # share of the wrench; it moves the norm by about its square (docs/space.md)
+
+
+def course(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"]) -> Course:
+    """What a decision does.
+
+    Args:
+      manoeuvre: what is to be done.
+      coefficients: normalised p and q of the first leading joint, then of the next (Eq. 7.22).
+
+    Raises:
+      ValueError: another number of coefficients than the leading joints have.
+    """
+    m = manoeuvre
+    if coefficients.shape != (m.size,):
+        raise ValueError(
+            f"`coefficients` has shape {coefficients.shape}; {len(m.leading)} leading joints have "
+            f"({m.size},)"
+        )
+    tau = np.append(m.rule.nodes, 1.0)
+    joints = motion_at(m, tau, coefficients)
+    motion, q_end = jax.tree.map(lambda x: x[:-1], joints), joints.q[-1]
+    at = jax.vmap(lambda q, qd, qdd: node(m.robot, m.capture, q, qd, qdd, m.momentum))
+    signals = at(motion.q, motion.qd, motion.qdd)
+    T_world_base, turn = _final_base(m, signals.base_twist, q_end)
+    place, angle = _hand_errors(m, T_world_base, q_end)
+    closure = greatest(signals.closure)
+    excess = _limit_excess(m, joints.q) if m.consistent else jnp.zeros(())
+    coarse = unresolved(signals.total_wrench, m.rule)
+    base_place = jnp.asarray(T_world_base.translation)
+    figures = (base_place, turn, place, angle, closure, excess, coarse)
+    return Course(motion, signals, *figures, status=_status(m, signals, figures))
+
+
+def base_at(manoeuvre: Manoeuvre, rotation: Float[AnyArray, "3 3"], q: Float[Array, " n"]) -> Pose:
+    """T_world_base at attitude `rotation` and joints `q`: the centre of mass has not moved."""
+    com = [_com(manoeuvre, jnp.asarray(x)) for x in (manoeuvre.q_start, q)]
+    return Pose(rotation, com[0] - rotation @ com[1])
+
+
+def motion_at(
+    manoeuvre: Manoeuvre, tau: Float[np.ndarray, " t"], coefficients: Float[Array, " c"]
+) -> JointMotion:
+    """Motion of all joints at shares `tau` of the duration, ascending from near the start."""
+    m, robot = manoeuvre, manoeuvre.robot
+    full = jnp.zeros((robot.dof, COEFFICIENTS), coefficients.dtype)
+    full = full.at[np.array(m.leading)].set(coefficients.reshape(-1, COEFFICIENTS))
+    start, end = (jnp.asarray(q, coefficients.dtype) for q in (m.q_start, m.q_end))
+    motion = joint_motion(tau, m.duration, (start, end), (robot.lower, robot.upper), full)
+    if m.consistent:
+        return follow(robot, m.capture, motion, start, m.following)
+    return motion
+
+
+def _final_base(
+    m: Manoeuvre, twist: Float[Array, "t k"], q_end: Float[Array, " n"]
+) -> tuple[Pose, Float[Array, "3"]]:
+    """T_world_base at the end and its rotation vector."""
+    if m.robot.planar:
+        angle = integral(twist[:, 2], m.rule, m.duration)
+        turn = jnp.zeros(3, twist.dtype).at[2].set(angle)
+        return base_at(m, _about_z(angle), q_end), turn
+    rotation = attitude(twist[:, 3:], m.duration)
+    return base_at(m, rotation, q_end), jaxlie.SO3.from_matrix(rotation).log()
+
+
+def _hand_errors(
+    m: Manoeuvre, T_world_base: Pose, q_end: Float[Array, " n"]
+) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
+    hands = hand_frames(m.robot, frames(m.robot, tree_joints(m.robot, row(q_end))))
+    reached = [
+        T_world_base @ Pose(*(stacked(part, q_end.dtype) for part in hand)) for hand in hands
+    ]
+    wanted = [m.T_world_obj @ entry(m.capture.T_hand_obj, k).inverse() for k in (0, 1)]
+    place = [a.translation - b.translation for a, b in zip(reached, wanted, strict=True)]
+    between = [a.rotation @ b.rotation.T for a, b in zip(reached, wanted, strict=True)]
+    return jnp.stack(place), jnp.stack([rotation_vector(m.robot, R) for R in between])
+
+
+def rotation_vector(robot: SpaceRobot, R: Float[AnyArray, "3 3"]) -> Float[Array, "3"]:
+    """Axis times angle (rad, at most π) of a rotation that the robot can make."""
+    if robot.planar:
+        return jnp.zeros(3, R.dtype).at[2].set(jnp.arctan2(R[1, 0], R[0, 0]))
+    return jaxlie.SO3.from_matrix(jnp.asarray(R)).log()
+
+
+def _about_z(angle: Float[Array, ""]) -> Float[Array, "3 3"]:
+    c, s = jnp.cos(angle), jnp.sin(angle)
+    zero, one = jnp.zeros_like(c), jnp.ones_like(c)
+    return jnp.stack([c, -s, zero, s, c, zero, zero, zero, one]).reshape(3, 3)
+
+
+def _com(m: Manoeuvre, q: Float[Array, " n"]) -> Float[Array, "3"]:
+    counted = m.capture if m.momentum == "system" else None
+    links = frames(m.robot, tree_joints(m.robot, row(q)))
+    return stacked(center_of_mass(*tree_bodies(m.robot, counted), links), q.dtype)
+
+
+def _limit_excess(m: Manoeuvre, q: Float[Array, "t n"]) -> Float[Array, ""]:
+    """Of the joints that follow: the others cannot leave their limits, but for rounding."""
+    beyond = jnp.maximum(q - m.robot.upper, m.robot.lower - q)[:, np.array(m.following)]
+    return jnp.maximum(greatest(beyond.ravel()), 0.0)
+
+
+def _status(m: Manoeuvre, signals: Node, figures: tuple[Array, ...]) -> Int[Array, ""]:
+    *_, closure, excess, coarse = figures
+    limit = jnp.inf if m.closure_limit is None else m.closure_limit
+    everything = [*figures, signals.total_wrench, signals.torque]
+    finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in everything]))
+    checks = [~finite, jnp.any(closure > limit), excess > 0.0, coarse > RESOLVED]
+    names = [
+        CourseStatus.NOT_FINITE,
+        CourseStatus.NOT_HELD,
+        CourseStatus.JOINT_LIMIT,
+        CourseStatus.UNRESOLVED,
+    ]
+    return jnp.select(checks, [jnp.asarray(int(name)) for name in names], int(CourseStatus.OK))
