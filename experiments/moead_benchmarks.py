@@ -2,6 +2,7 @@
 
     pip install -e ".[rival]"
     python experiments/moead_benchmarks.py [seeds=11] [evaluations=0] [problems=zdt1,dtlz2]
+        [rivals=nsga2]
 
 ZDT1 to 4 and 6 with two costs (25,000 evaluations, 100 rows) and DTLZ1 and 2 with three (30,000
 evaluations, 91 rows); `evaluations` replaces both numbers. All have as many weights, reference
@@ -53,6 +54,7 @@ SETTINGS = {
     ),
 }
 EVALUATIONS = {2: 25_000, 3: 30_000}
+RIVALS = {2: ("moead", "nsga2"), 3: ("moead", "nsga3")}
 DIVISIONS = {2: 99, 3: 12}
 NAMES = ("zdt1", "zdt2", "zdt3", "zdt4", "zdt6", "dtlz1", "dtlz2")
 
@@ -135,13 +137,15 @@ def verdict(mine: list[float], other: list[float], *, less_is_better: bool) -> t
     return ("alike" if p >= 0.05 else "better" if less == less_is_better else "worse"), p
 
 
-def compared(task: Benchmark, evaluations: int, seeds: int) -> dict[str, Any]:
+def compared(
+    task: Benchmark, evaluations: int, seeds: int, rivals: tuple[str, ...]
+) -> dict[str, Any]:
     """All methods on one problem; prints a line for each."""
     sets, seconds = ours(task, evaluations, seeds)
     mine = measures(task, sets)
     row: dict[str, Any] = {"evaluations": evaluations, "ours": _medians(mine, seconds)}
     print(f"{task.name:6} ours  {_line(row['ours'])}", flush=True)
-    for name in ("moead", "nsga2" if task.costs == 2 else "nsga3"):
+    for name in (r for r in RIVALS[task.costs] if r in rivals):
         start = time.perf_counter()
         theirs = measures(task, [rival(name, task, evaluations, seed) for seed in range(seeds)])
         row[name] = _medians(theirs, time.perf_counter() - start)
@@ -167,13 +171,14 @@ def main() -> None:
     options = dict(a.split("=") for a in sys.argv[1:])
     seeds, evaluations = int(options.get("seeds", 11)), int(options.get("evaluations", 0))
     names = options["problems"].split(",") if "problems" in options else NAMES
+    rivals = tuple(options.get("rivals", "moead,nsga2,nsga3").split(","))
     runtime.configure(1, float64=True)
     for count, settings in SETTINGS.items():
         print(f"{count} costs: {settings}")
     rows = {}
     for name in names:
         task = benchmark(name)
-        rows[name] = compared(task, evaluations or EVALUATIONS[task.costs], seeds)
+        rows[name] = compared(task, evaluations or EVALUATIONS[task.costs], seeds, rivals)
     print(platform.processor() or platform.machine(), os.cpu_count(), "cores", provenance())
     print("pymoo", pymoo.__version__, "seeds", seeds)
     words = [

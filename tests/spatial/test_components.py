@@ -13,9 +13,11 @@ from mjx_inertia.spatial.components import (
     components,
     cross,
     multiply,
+    root,
     stacked,
     symmetric_change,
     transpose,
+    turn_axis,
 )
 from mjx_inertia.spatial.small_cholesky import factorize, inverse, solve_lower, solve_upper
 
@@ -27,6 +29,20 @@ def test_rotation_about_an_axis(axis):
     rotation = jax.jit(lambda angle: stacked(axis_rotation(components(axis), angle), jnp.float64))
     expected = Rotation.from_rotvec(0.7 * axis).as_matrix()
     np.testing.assert_allclose(rotation(0.7), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", AXES, ids=str)
+def test_axis_of_a_turn(axis):
+    rotation = components(Rotation.from_rotvec(0.7 * axis).as_matrix())
+    expected = np.sin(0.7 * np.linalg.norm(axis)) * axis / np.linalg.norm(axis)
+    np.testing.assert_allclose(turn_axis(rotation), expected, atol=1e-15)
+
+
+def test_a_root_has_a_slope_where_it_vanishes():
+    assert root(4.0) == 2.0 and root(0.0) == 0.0
+    value, slope = jax.vmap(jax.value_and_grad(root))(jnp.array([0.0, 4.0]))
+    np.testing.assert_array_equal(value, [0.0, 2.0])
+    np.testing.assert_array_equal(slope, [0.0, 0.25])
 
 
 def test_what_is_known_is_left_out():
