@@ -12,6 +12,9 @@ difference of the costs over random decisions is printed first, for each number 
 alternately in this process; compilation is timed apart. Last line: JSON.
 """
 
+# pyright: reportMissingImports=false
+# pymoo is of the extra `rival`
+
 import dataclasses
 import json
 import os

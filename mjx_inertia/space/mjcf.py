@@ -63,7 +63,7 @@ def space_spec(robot: SpaceRobot, capture: Capture | None = None) -> mujoco.MjSp
 
 
 def space_mjcf(robot: SpaceRobot, capture: Capture | None = None) -> str:
-    """The text of `space_spec`."""
+    """The text of `space_spec`; MuJoCo writes its figures to six digits."""
     spec = space_spec(robot, capture)
     spec.compile()
     return spec.to_xml()

@@ -7,7 +7,7 @@ import nbformat
 import pytest
 
 ROOT = Path(__file__).parents[2]
-LONG = ("01_objects",)  # a minute of compilation
+LONG = ("01_objects", "03_grasp", "04_space")  # minutes of compilation
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 

@@ -116,7 +116,8 @@ def test_attitude_against_scipy_and_at_any_times():
     found = np.asarray(attitudes(omega, duration, at))
     np.testing.assert_allclose(found, reference.y.T.reshape(-1, 3, 3), rtol=0, atol=1e-9)
     alone = np.asarray(attitudes(omega, duration, at[2:3]))
-    np.testing.assert_allclose(alone[0], found[2], rtol=0, atol=1e-13)
+    # a time inside a step splits it, which moves what follows by that step's error
+    np.testing.assert_allclose(alone[0], found[2], rtol=0, atol=1e-10)
     orthogonal = np.swapaxes(found, 1, 2) @ found
     np.testing.assert_allclose(orthogonal, np.tile(np.eye(3), (4, 1, 1)), rtol=0, atol=1e-13)
 

@@ -1,0 +1,44 @@
+"""The joints' work is the kinetic energy of robot and object: there is nothing else."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from planned import consistent, evaluated
+
+from mjx_inertia.space import (
+    CourseStatus,
+    inertias,
+    node,
+    planar_capture,
+    planar_robot,
+    reduced_inertia,
+)
+
+
+def test_power_of_the_joints_is_the_rate_of_the_energy():
+    robot, held = planar_robot(), planar_capture()
+
+    def energy(q, qd):
+        return 0.5 * qd @ reduced_inertia(inertias(robot, q, held)) @ qd
+
+    def one(q, qd, qdd):
+        _, rate = jax.jvp(energy, (q, qd), (qd, qdd))
+        return rate, node(robot, held, q, qd, qdd, with_total=False).torque @ qd
+
+    rng = np.random.default_rng(0)
+    q, qd, qdd = jnp.asarray(rng.uniform(-2.0, 2.0, (3, 1000, robot.dof)))
+    rate, power = map(np.asarray, jax.jit(jax.vmap(one))(q, qd, qdd))
+    np.testing.assert_allclose(power, rate, rtol=0, atol=1e-11 * abs(rate).max())
+
+
+def test_a_manoeuvre_takes_no_work_in_all():
+    """From rest to rest, as closely as the nodes resolve it."""
+    m = consistent()
+    decisions = np.random.default_rng(1).uniform(-2.0, 2.0, (64, m.size))
+    courses, _ = evaluated(consistent)(decisions)
+    kept = courses.status == CourseStatus.OK
+    assert kept.sum() >= 3
+    power = np.sum(courses.nodes.torque * courses.motion.qd, -1)[kept]
+    work, size = power @ m.rule.weights, abs(power) @ m.rule.weights
+    assert (abs(work) / size).max() < 1e-4
+    assert np.median(abs(work) / size) < 1e-5
