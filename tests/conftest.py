@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 from jaxtyping import install_import_hook
+from typecheck import checked_modules
 
 from mjx_inertia import runtime
 
-install_import_hook("mjx_inertia", "typecheck.check")
+install_import_hook(checked_modules(), "typecheck.check")
 
 
 def pytest_configure() -> None:

@@ -20,7 +20,7 @@ def execute(*command):
         ("ruff", "check", "."),
         ("ruff", "format", "--check", "."),
         # without a path pyright asks whichever python is first on PATH where the packages are
-        ("pyright", "--pythonpath", sys.executable),
+        pytest.param(("pyright", "--pythonpath", sys.executable), marks=pytest.mark.long),
         ("lint-imports",),
     ],
     ids=lambda command: " ".join(command[:2]),

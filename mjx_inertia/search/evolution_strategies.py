@@ -25,7 +25,7 @@ from mjx_inertia.search.result import SearchResult
 from mjx_inertia.search.sampling import latin_hypercube
 from mjx_inertia.search.weights import spread_weights
 
-_WORST = 1e6  # of a failed evaluation, above the worst of the others
+_WORST = 1e6  # of a failed evaluation, above the worst of the others, or one yet to come
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ def evolution_strategies(
 ) -> SearchResult:
     """Searches by one strategy for each direction; the arguments are those of `moead`.
 
-    Strategies that sample from a distribution start at decisions drawn at random. Their single
-    costs are measured from the ideal point of each generation; those with a population keep
-    the values of its members, so they stay with the ideal point of the start.
+    Strategies that sample from a distribution start with means drawn at random. Their single costs
+    are measured from the ideal point of each generation; those with a population keep the values of
+    its members, so they stay with the ideal point of the first generation.
 
     Raises:
       ValueError: no such algorithm, or as `moead`.
@@ -114,29 +114,30 @@ class Strategies:
     settings: StrategySettings
 
     def start(self, key: Array) -> StrategyState:
-        """Evaluates a first population of each strategy."""
+        """A strategy for each direction, its mean or its population drawn over the box."""
         weights, (strategy, params) = self._weights(), self._strategy()
-        count, size = len(weights), self.settings.population
+        count = len(weights)
         key, draw, begin = jax.random.split(key, 3)
-        decisions = latin_hypercube(self.problem, count * size, key=draw)
-        found = evaluate_all(self.problem, decisions)
-        none = empty_archive(self.settings.archive, decisions[0], weights.shape[1])
-        archive = add(none, decisions, found, weights, self.settings.archive)
-        ideal = least_costs(found)
-        span = scale(archive, ideal)
-        single = self._single(weights, found, (ideal, span))
-        free = jax.vmap(lambda x: out_of_box(self.problem, x))(decisions)
-        free = free.reshape(count, size, -1)
         keys = jax.random.split(begin, count)
+        each = self.settings.population if _has_population(strategy) else 1
+        decisions = latin_hypercube(self.problem, count * each, key=draw)
+        free = jax.vmap(lambda x: out_of_box(self.problem, x))(decisions)
         if _has_population(strategy):
+            unknown = jnp.full((count, each), _WORST, free.dtype)
             run = jax.vmap(lambda k, x, f: strategy.init(k, x, f, params))
-            strategies = run(keys, free, single)
+            strategies = run(keys, free.reshape(count, each, -1), unknown)
         else:
-            first = free[jnp.arange(count), jnp.argmin(single, axis=1)]
-            strategies = jax.vmap(lambda k, x: strategy.init(k, x, params))(keys, first)
-        made = jnp.array(count * size)
-        strategies = jax.tree.map(jnp.asarray, strategies)
-        return StrategyState(key, jnp.zeros_like(made), made, strategies, ideal, span, archive)
+            strategies = jax.vmap(lambda k, x: strategy.init(k, x, params))(keys, free)
+        costs = weights.shape[1]
+        return StrategyState(
+            key,
+            jnp.array(0),
+            jnp.array(0),
+            jax.tree.map(jnp.asarray, strategies),
+            jnp.full(costs, jnp.inf, free.dtype),
+            jnp.ones(costs, free.dtype),
+            empty_archive(self.settings.archive, decisions[0], costs),
+        )
 
     def step(self, state: StrategyState) -> StrategyState:
         """A generation of each strategy."""
@@ -150,10 +151,12 @@ class Strategies:
         decisions = jax.vmap(lambda x: into_box(self.problem, x))(flat)
         found = evaluate_all(self.problem, decisions)
         archive = add(state.archive, decisions, found, weights, self.settings.archive)
-        ideal, span = state.ideal, state.scale
-        if not _has_population(strategy):
-            ideal = jnp.minimum(ideal, least_costs(found))
-            span = scale(archive, ideal)
+        ideal = jnp.minimum(state.ideal, least_costs(found))
+        span = scale(archive, ideal)
+        if _has_population(strategy):
+            first = state.step == 0
+            ideal = jnp.where(first, ideal, state.ideal)
+            span = jnp.where(first, span, state.scale)
         single = self._single(weights, found, (ideal, span))
         tell = jax.vmap(lambda k, x, f, s: strategy.tell(k, x, f, s, params)[0])
         told = tell(telling, free, single, strategies)

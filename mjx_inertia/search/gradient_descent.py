@@ -19,7 +19,7 @@ from numpy import ndarray
 from mjx_inertia.search.archive import Archive, ArchiveSettings, add, empty_archive, scale
 from mjx_inertia.search.box import into_box, out_of_box
 from mjx_inertia.search.loop import run_search
-from mjx_inertia.search.problem import Evaluation, Problem, evaluate_all, least_costs, marked
+from mjx_inertia.search.problem import Evaluation, Problem, least_costs, marked
 from mjx_inertia.search.result import SearchResult
 from mjx_inertia.search.sampling import latin_hypercube
 from mjx_inertia.search.weights import spread_weights
@@ -65,7 +65,6 @@ class GradientState:
       optimizer: state of each start.
       going: whether a start still moves; False once a value or a gradient was not finite.
       ideal: least costs of allowed decisions so far; infinite if there are none.
-      scale: range of the costs on the front so far.
       archive: of allowed decisions.
     """
 
@@ -75,7 +74,6 @@ class GradientState:
     optimizer: Any
     going: Bool[Array, " n"]
     ideal: Float[Array, " k"]
-    scale: Float[Array, " k"]
     archive: Archive
 
 
@@ -91,8 +89,8 @@ def gradient_descent(
 ) -> SearchResult:
     """Searches by gradients from all starts of all directions; the arguments are those of `moead`.
 
-    `problem.evaluate_many` is used for the starts only. A start whose cost or gradient is not
-    finite ends there, the others go on.
+    `problem.evaluate_many` is not used. A start whose cost or gradient is not finite ends there,
+    the others go on.
 
     Raises:
       ValueError: no such optimizer, or as `moead`.
@@ -146,61 +144,58 @@ class Gradients:
     steps: int
 
     def start(self, key: Array) -> GradientState:
-        """Evaluates all starts."""
+        """All starts, not evaluated yet."""
         weights = self._weights()
         decisions = latin_hypercube(
             self.problem, len(weights), key=key, spread=self.settings.spread
         )
-        found = evaluate_all(self.problem, decisions)
-        none = empty_archive(self.settings.archive, decisions[0], weights.shape[1])
-        archive = add(none, decisions, found, weights, self.settings.archive)
-        ideal = least_costs(found)
         free = jax.vmap(lambda x: out_of_box(self.problem, x))(decisions)
-        made = jnp.array(len(weights))
+        made = jnp.array(0)
         return GradientState(
-            jnp.zeros_like(made),
+            made,
             made,
             free,
             jax.vmap(self._optimizer().init)(free),
             jnp.ones(len(weights), dtype=bool),
-            ideal,
-            scale(archive, ideal),
-            archive,
+            jnp.full(weights.shape[1], jnp.inf, free.dtype),
+            empty_archive(self.settings.archive, decisions[0], weights.shape[1]),
         )
 
     def step(self, state: GradientState) -> GradientState:
         """A step of every start that still goes."""
-        weights, optimizer = self._weights(), self._optimizer()
-        scaling = (jnp.where(jnp.isfinite(state.ideal), state.ideal, 0.0), state.scale)
+        weights = jnp.asarray(self._weights())
+        # forward first: what a cost counts for depends on those of all starts
+        (costs, violation), back, decisions = jax.vjp(
+            jax.vmap(self._evaluated), state.free, has_aux=True
+        )
+        found = marked(self.problem, Evaluation(costs, violation))
+        archive = add(state.archive, decisions, found, weights, self.settings.archive)
+        ideal = jnp.minimum(state.ideal, least_costs(found))
+        scaling = (jnp.where(jnp.isfinite(ideal), ideal, 0.0), scale(archive, ideal))
 
-        def one(free: Array, memory: Any, weight: Array) -> tuple[Any, ...]:
-            def single(x: Float[Array, " d"]) -> tuple[Float[Array, ""], Any]:
-                decision = into_box(self.problem, x)
-                costs, violation = self.problem.evaluate(decision)
-                value = smooth_tchebycheff(costs, weight, scaling, self.settings.smoothing)
-                value += self.settings.penalty * jnp.maximum(violation, 0.0)
-                return value, (decision, Evaluation(costs, violation))
+        def single(costs: Array, violation: Array, weight: Array) -> Float[Array, ""]:
+            value = smooth_tchebycheff(costs, weight, scaling, self.settings.smoothing)
+            return value + self.settings.penalty * jnp.maximum(violation, 0.0)
 
-            (value, visited), slope = jax.value_and_grad(single, has_aux=True)(free)
-            move, after = optimizer.update(
-                slope,
-                memory,
-                free,
-                value=value,
-                grad=slope,
-                value_fn=lambda x: single(x)[0],
+        value, pull = jax.vmap(jax.value_and_grad(single, (0, 1)))(costs, violation, weights)
+        (slope,) = back(pull)
+
+        def one(free: Array, memory: Any, weight: Array, value: Array, slope: Array) -> tuple:
+            def again(x: Float[Array, " d"]) -> Float[Array, ""]:
+                (costs, violation), _ = self._evaluated(x)
+                return single(costs, violation, weight)
+
+            move, after = self._optimizer().update(
+                slope, memory, free, value=value, grad=slope, value_fn=again
             )
             moved = jnp.asarray(optax.apply_updates(free, move))
             finite = jnp.isfinite(value) & jnp.all(jnp.isfinite(slope) & jnp.isfinite(moved))
-            return finite, moved, after, visited, _line_search_steps(after)
+            return finite, moved, after, _line_search_steps(after)
 
-        finite, free, memory, (decisions, found), searched = jax.vmap(one)(
-            state.free, state.optimizer, jnp.asarray(weights)
+        finite, free, memory, searched = jax.vmap(one)(
+            state.free, state.optimizer, weights, value, slope
         )
         going = state.going & finite
-        found = marked(self.problem, found)
-        archive = add(state.archive, decisions, found, weights, self.settings.archive)
-        ideal = jnp.minimum(state.ideal, least_costs(found))
 
         def kept(new: Array, old: Array) -> Array:
             return jnp.where(going.reshape(-1, *[1] * (new.ndim - 1)), new, old)
@@ -213,9 +208,16 @@ class Gradients:
             jax.tree.map(kept, memory, state.optimizer),
             going,
             ideal,
-            scale(archive, ideal),
             archive,
         )
+
+    def _evaluated(
+        self, free: Float[Array, " d"]
+    ) -> tuple[tuple[Array, Array], Float[Array, " d"]]:
+        """Costs and violation of a free variable, and its decision."""
+        decision = into_box(self.problem, free)
+        costs, violation = self.problem.evaluate(decision)
+        return (costs, violation), decision
 
     def _weights(self) -> Float[ndarray, "n k"]:
         """The direction of each start."""

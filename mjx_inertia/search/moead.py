@@ -15,7 +15,7 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 from flax import struct
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.search.archive import Archive, ArchiveSettings, add, empty_archive, in_use, scale
 from mjx_inertia.search.decomposition import decomposition
@@ -62,10 +62,11 @@ class MoeadState:
 
     Attributes:
       key: of the next generation.
-      step: generations done.
+      step: generations done; below 0 while the first decisions are evaluated.
       evaluations: made.
       decisions: one for each weight.
-      held: costs and violations of the decisions; infinite where the evaluation failed.
+      held: costs and violations of the decisions; infinite where the evaluation failed or is yet to
+        come.
       ideal: least costs of allowed decisions so far; infinite if there are none.
       archive: of allowed decisions.
     """
@@ -97,7 +98,7 @@ def moead(
     Args:
       problem: to be searched.
       settings: of the search.
-      generations: after the first population.
+      generations: after those that evaluate the first population, which are as many as it needs.
       key: the same key gives the same result.
       snapshots: how many times the archive is copied into the history.
       checkpoint: file to which the search is written at each snapshot; if it is there and of the
@@ -131,22 +132,25 @@ class Moead:
     settings: MoeadSettings
 
     def start(self, key: Array) -> MoeadState:
-        """Decisions spread over the box, one for each weight, evaluated."""
-        subproblems = self._subproblems()
+        """Decisions spread over the box, one for each weight, not evaluated yet.
+
+        The first generations do that: costs that take long to compile are compiled once.
+        """
+        weights = self._subproblems().weights
+        count, costs = len(weights), len(self.problem.cost_names)
         key, draw = jax.random.split(key)
-        decisions = latin_hypercube(self.problem, len(subproblems.weights), key=draw)
-        found = evaluate_all(self.problem, decisions)
-        none = empty_archive(self.settings.archive, decisions[0], len(self.problem.cost_names))
-        archive = add(none, decisions, found, subproblems.weights, self.settings.archive)
-        count = jnp.array(len(decisions))
-        ideal = least_costs(found)
-        return MoeadState(key, jnp.zeros_like(count), count, decisions, found, ideal, archive)
+        decisions = latin_hypercube(self.problem, count, key=draw)
+        unknown = jnp.full((count, costs), jnp.inf, decisions.dtype)
+        none = empty_archive(self.settings.archive, decisions[0], costs)
+        made, first = jnp.array(0), jnp.array(-self._first_generations(count))
+        held = Evaluation(unknown, unknown[:, 0])
+        return MoeadState(key, first, made, decisions, held, unknown[0], none)
 
     def step(self, state: MoeadState) -> MoeadState:
         """A generation: children, evaluated together; then who stays."""
         subproblems = self._subproblems()
         key, draw = jax.random.split(state.key)
-        owners = self._owners(state)
+        owners, first = self._owners(state)
         made = children(
             state.decisions,
             (state.archive.decisions, in_use(state.archive)),
@@ -155,30 +159,42 @@ class Moead:
             self.settings.variation,
             key=draw,
         )
+        made = jnp.where(first[:, None], state.decisions[owners], made)
         found = evaluate_all(self.problem, made)
+        held = jax.tree.map(
+            lambda old, new: old.at[owners].set(jnp.where(_as(first, new), new, old[owners])),
+            state.held,
+            found,
+        )
         archive = add(state.archive, made, found, subproblems.weights, self.settings.archive)
         ideal = jnp.minimum(state.ideal, least_costs(found))
         span = scale(archive, ideal) if self.settings.normalised else jnp.ones_like(ideal)
-        child = replaced(subproblems, state.held, found, owners, (ideal, span))
-        stays = child < 0
+        offered = found._replace(violation=jnp.where(first, jnp.inf, found.violation))
+        child = replaced(subproblems, held, offered, owners, (ideal, span))
+
+        def next_of(old: Array, new: Array) -> Array:
+            return jnp.where(_as(child < 0, old), old, new[child])
+
         return MoeadState(
             key,
             state.step + 1,
             state.evaluations + len(owners),
-            jnp.where(stays[:, None], state.decisions, made[child]),
-            Evaluation(
-                jnp.where(stays[:, None], state.held.costs, found.costs[child]),
-                jnp.where(stays, state.held.violation, found.violation[child]),
-            ),
+            next_of(state.decisions, made),
+            jax.tree.map(next_of, held, found),
             ideal,
             archive,
         )
 
-    def _owners(self, state: MoeadState) -> Int[Array, " c"]:
-        """The weights whose turn it is to have a child."""
+    def _owners(self, state: MoeadState) -> tuple[Int[Array, " c"], Bool[Array, " c"]]:
+        """The weights whose turn it is to have a child, and whose own decision comes first."""
         population = len(state.decisions)
         size = min(self.settings.children, population)
-        return (state.step * size + jnp.arange(size)) % population
+        turn = (state.step + self._first_generations(population)) * size + jnp.arange(size)
+        return turn % population, turn < population
+
+    def _first_generations(self, population: int) -> int:
+        """As many as evaluate the first population."""
+        return -(-population // min(self.settings.children, population))
 
     def _subproblems(self) -> Subproblems:
         settings = self.settings
@@ -191,3 +207,8 @@ class Moead:
         near = nearest_weights(weights, min(settings.neighbours, len(weights)))
         of_one = decomposition(settings.decomposition)
         return Subproblems(weights, near, of_one, settings.replacements)
+
+
+def _as(flags: Bool[Array, " n"], like: Array) -> Bool[Array, "..."]:
+    """Flags of rows, to be broadcast over all that a row has."""
+    return flags.reshape(-1, *[1] * (like.ndim - 1))

@@ -109,7 +109,8 @@ class Course:
       hand_turn: rotation vector of the same, rad.
       closure: greatest distance (m) and angle (rad) between the objects of the two hands.
       limit_excess: how far a following joint goes beyond its limits, rad (m).
-      unresolved: share of the total wrench that the nodes do not resolve.
+      unresolved: share of the total wrench that the nodes do not resolve; without it, of torques
+        and the object's wrench.
       status: a `CourseStatus`.
     """
 
@@ -128,12 +129,15 @@ class Course:
 RESOLVED = 5e-4  # share of the wrench; it moves the norm by about its square (docs/space.md)
 
 
-def course(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"]) -> Course:
+def course(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], total: bool = True) -> Course:
     """What a decision does.
 
     Args:
       manoeuvre: what is to be done.
       coefficients: normalised p and q of the first leading joint, then of the next (Eq. 7.22).
+      total: with the total wrench and manipulability, which are NaN without. A motion through a
+        singular J_g, where that wrench is infinite, then is as good as any other, and a robot in
+        space compiles in half the time.
 
     Raises:
       ValueError: another number of coefficients than the leading joints have.
@@ -147,16 +151,18 @@ def course(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"]) -> Course:
     tau = np.append(m.rule.nodes, 1.0)
     joints = motion_at(m, tau, coefficients)
     motion, q_end = jax.tree.map(lambda x: x[:-1], joints), joints.q[-1]
-    at = jax.vmap(lambda q, qd, qdd: node(m.robot, m.capture, q, qd, qdd, m.momentum))
+    at = jax.vmap(lambda q, qd, qdd: node(m.robot, m.capture, q, qd, qdd, m.momentum, total))
     signals = at(motion.q, motion.qd, motion.qdd)
     T_world_base, turn = _final_base(m, signals.base_twist, q_end)
     place, angle = _hand_errors(m, T_world_base, q_end)
     closure = greatest(signals.closure)
     excess = _limit_excess(m, joints.q) if m.consistent else jnp.zeros(())
-    coarse = unresolved(signals.total_wrench, m.rule)
+    read = [signals.total_wrench] if total else [signals.object_wrench, signals.torque]
+    coarse = greatest(jnp.stack([unresolved(signal, m.rule) for signal in read]))
     base_place = jnp.asarray(T_world_base.translation)
     figures = (base_place, turn, place, angle, closure, excess, coarse)
-    return Course(motion, signals, *figures, status=_status(m, signals, figures))
+    status = _status(m, figures, [*read, signals.torque])
+    return Course(motion, signals, *figures, status=status)
 
 
 def base_at(manoeuvre: Manoeuvre, rotation: Float[AnyArray, "3 3"], q: Float[Array, " n"]) -> Pose:
@@ -229,11 +235,10 @@ def _limit_excess(m: Manoeuvre, q: Float[Array, "t n"]) -> Float[Array, ""]:
     return jnp.maximum(greatest(beyond.ravel()), 0.0)
 
 
-def _status(m: Manoeuvre, signals: Node, figures: tuple[Array, ...]) -> Int[Array, ""]:
+def _status(m: Manoeuvre, figures: tuple[Array, ...], signals: list[Array]) -> Int[Array, ""]:
     *_, closure, excess, coarse = figures
     limit = jnp.inf if m.closure_limit is None else m.closure_limit
-    everything = [*figures, signals.total_wrench, signals.torque]
-    finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in everything]))
+    finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in [*figures, *signals]]))
     checks = [~finite, jnp.any(closure > limit), excess > 0.0, coarse > RESOLVED]
     names = [
         CourseStatus.NOT_FINITE,

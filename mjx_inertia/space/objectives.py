@@ -108,6 +108,13 @@ OBJECTIVES: dict[str, Objective] = {
     "closure_angle": lambda m, c: c.closure[1],
 }
 
+# costs of F_tot and J_g; a problem without one leaves both out of its courses
+_OF_TOTAL = frozenset(
+    name
+    for name in OBJECTIVES
+    if name.removeprefix("peak_").startswith(("force", "moment")) or name == "singularity"
+)
+
 WRENCH = ("force_x", "force_y", "moment_z")
 BASE_DRIFT = ("base_x", "base_y", "base_turn_z")
 HANDS = ("hand_x", "hand_y", "hand_turn_z")
@@ -146,6 +153,9 @@ def problem(
 ) -> Problem:
     """Coefficients of a manoeuvre, and optionally where the joints end, as a search problem.
 
+    Without a cost of the total wrench or of J_g's singularity, a motion through a singular J_g is
+    allowed (see `course`).
+
     Args:
       manoeuvre: what is to be done.
       names: of the costs.
@@ -160,6 +170,7 @@ def problem(
     """
     limits = dict(bounds or {})
     _check_names(manoeuvre, [*names, *limits])
+    total = not _OF_TOTAL.isdisjoint([*names, *limits])
     ways = jnp.asarray(self_motions(manoeuvre) if swing else np.zeros((manoeuvre.robot.dof, 0)))
     size = manoeuvre.size
 
@@ -169,7 +180,7 @@ def problem(
             m = freed(m, jnp.zeros(3, decision.dtype), ways @ decision[size:])
         if arrive:
             m = arriving(m, coefficients)
-        c = course(m, coefficients)
+        c = course(m, coefficients, total)
         return Evaluation(costs(m, c, names), violation(m, c, limits))
 
     upper = np.concatenate([np.full(size, BOUND), np.full(ways.shape[1], swing)])
@@ -208,7 +219,7 @@ def arriving(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], rounds: int
     """
 
     def onward(turn: Float[Array, "3"], _: None) -> tuple[Float[Array, "3"], None]:
-        return course(freed(manoeuvre, turn), coefficients).base_turn, None
+        return course(freed(manoeuvre, turn), coefficients, total=False).base_turn, None
 
     start = jnp.zeros(3, coefficients.dtype)
     turn, _ = jax.lax.scan(onward, start, None, rounds)

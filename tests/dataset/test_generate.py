@@ -67,6 +67,7 @@ def assert_equal(a, b):
         np.testing.assert_array_equal(x.status, y.status)
 
 
+@pytest.mark.long
 def test_killed_at_any_moment_it_goes_on_and_the_result_is_the_same(tmp_path, reference):
     path = tmp_path / "s.zarr"
     for blocks in (1, 3):  # kill -9 once some blocks are there
@@ -81,6 +82,7 @@ def test_killed_at_any_moment_it_goes_on_and_the_result_is_the_same(tmp_path, re
     assert_equal(signals(path), reference)
 
 
+@pytest.mark.long
 def test_shards_of_parallel_jobs_make_up_the_whole(tmp_path, reference):
     path = tmp_path / "s.zarr"
     jobs = [job(path, "0/2"), job(path, "1/2")]

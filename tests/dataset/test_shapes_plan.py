@@ -42,6 +42,7 @@ def test_the_same_seed_gives_the_same_pushes_and_another_others():
     assert not np.allclose(first.truth.mass, other.truth.mass)
 
 
+@pytest.mark.long
 def test_one_scene_for_all_is_a_scene_for_each():
     """Catalogue objects through the shared scene move as in the scene compiled for each.
 
@@ -86,6 +87,7 @@ def test_one_scene_for_all_is_a_scene_for_each():
         )  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_store_of_shapes_comes_back(tmp_path):
     settings = GenerateSettings(path=tmp_path / "shapes.zarr", protocol=QUICK, block=12)
     store = generate(settings, progress=False)

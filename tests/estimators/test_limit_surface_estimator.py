@@ -25,6 +25,8 @@ from mjx_inertia.objects import cube, load_mcube_objects
 from mjx_inertia.pushing import PushStatus, build_scene, simulate
 from mjx_inertia.pushing.limit_surface import ellipsoid, load_to_twist
 
+pytestmark = pytest.mark.long
+
 COM, C, MAX_FORCE = np.array([0.031, -0.012]), 0.057, 7.3
 
 

@@ -188,6 +188,7 @@ def uneven(seed, number):
     return rows.replace(features=jnp.asarray(features, jnp.float32))
 
 
+@pytest.mark.long
 def test_covariance_is_that_of_each_row():
     settings = dataclasses.replace(SMALL, width=48, epochs=40)
     fitted = fit_mlp(settings, uneven(0, 3000), key=KEY)
@@ -210,6 +211,7 @@ def series_problem(seed, number):
     return rows.replace(features=jnp.concatenate([table, scales], axis=1), columns=columns)
 
 
+@pytest.mark.long
 def test_convolutions_over_time(tmp_path):
     settings = dataclasses.replace(SMALL, channels=8, features="series")
     fitted = fit_mlp(settings, series_problem(0, 800), key=KEY)

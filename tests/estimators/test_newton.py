@@ -160,6 +160,7 @@ def test_records_of_another_rate_are_refused(fitted):
         BalanceSettings(kernel=0.0)
 
 
+@pytest.mark.long
 def test_real_pushes_of_an_object_unseen_in_calibration(measurements):
     """The object with most usable pushes, from the others; a subset of the dataset."""
     if not (measurements / "mcube_raw").is_dir():

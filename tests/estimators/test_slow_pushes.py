@@ -9,6 +9,8 @@ from mjx_inertia.dataset import load_block, load_quasistatic
 from mjx_inertia.estimators import WrenchTwistGuess, com_from_wrench_twist
 from mjx_inertia.objects import load_mcube_objects
 
+pytestmark = pytest.mark.long
+
 ROWS = 400  # of each set: a hundred would do
 
 

@@ -175,6 +175,7 @@ def test_errors_under_noise_are_as_large_as_said(plan, exact, truth):
     assert np.abs(z).max() < 4.5, z.round(2)
 
 
+@pytest.mark.long
 def test_each_push_has_its_own_status_and_leaves_the_others_alone(plan, clean):
     rows, together = clean
     assert int(rows.status[BESIDE]) == PushStatus.NEVER_MOVED

@@ -32,6 +32,8 @@ from mjx_inertia.objects import load_catalogue
 from mjx_inertia.robots import baxter
 from mjx_inertia.spatial import Pose
 
+pytestmark = pytest.mark.long
+
 PLACE = np.array([0.6, 0.3, -0.1])
 
 

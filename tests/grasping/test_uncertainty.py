@@ -47,6 +47,7 @@ def torque(payload):
     return jnp.stack([jnp.sum(moment**2), spin @ payload.inertia @ spin])
 
 
+@pytest.mark.long
 def test_linear_cost_in_closed_form():
     some = belief()
     weights = jnp.arange(1.0, 11.0)

@@ -51,6 +51,7 @@ def grasps():
     return contact_pairs(COUNT, seed=2), jnp.asarray(reference)
 
 
+@pytest.mark.long
 def test_epsilon_is_between_hull_and_random_directions():
     contacts, reference = grasps()
     quality = np.asarray(epsilons(contacts, reference))

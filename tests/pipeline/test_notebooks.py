@@ -7,14 +7,16 @@ import nbformat
 import pytest
 
 ROOT = Path(__file__).parents[2]
-LONG = ("01_objects", "03_grasp", "04_space")  # minutes of compilation
+SLOW = ("01_objects", "03_grasp", "04_space")  # minutes of compilation
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(path, marks=pytest.mark.slow if path.stem in LONG else (), id=path.stem)
+        pytest.param(
+            path, marks=pytest.mark.slow if path.stem in SLOW else pytest.mark.long, id=path.stem
+        )
         for path in NOTEBOOKS
     ],
 )

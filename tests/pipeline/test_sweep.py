@@ -47,6 +47,7 @@ def store(tmp_path_factory):
     return tmp_path_factory.mktemp("data") / "small.zarr"
 
 
+@pytest.mark.long
 def test_run_writes_results_and_a_report(store, tmp_path):
     run = command(*SMALL, f"dataset.path={store}", f"hydra.run.dir={tmp_path / 'run'}")
     assert run.returncode == 0, run.stderr
@@ -75,6 +76,7 @@ def test_the_same_seed_gives_the_same_table(store, tmp_path):
     assert tables[0] == tables[1]
 
 
+@pytest.mark.long
 def test_real_pushes_leave_one_object_out(measurements, tmp_path):
     settings, _ = compose(
         ["dataset=mdataset", f"dataset.root={measurements}", *SMALL[-3:], "estimator=boosted"]
@@ -88,6 +90,7 @@ def test_real_pushes_leave_one_object_out(measurements, tmp_path):
     assert np.isfinite(np.asarray(boosted.estimate.mean)[~failed]).all()
 
 
+@pytest.mark.long
 def test_errors_are_one_clear_line(tmp_path):
     cases = {
         "estimator.names=[magic]": "estimator.names has 'magic'",

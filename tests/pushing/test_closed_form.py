@@ -79,6 +79,7 @@ def mujoco_accelerations(scene, parameters, state):
 
 
 @pytest.mark.parametrize("table", ["limit_surface", "corners"])
+@pytest.mark.long
 def test_accelerations_and_forces_at_random_states(float64, scene_of, table):
     """Faces, sticking, sliding, off the tip, in the air: those of MJX to 1e-8.
 
@@ -114,6 +115,7 @@ OUTLINES = {
 
 
 @pytest.mark.parametrize(("table", "name"), [("limit_surface", "L"), ("pads", "hexagon")])
+@pytest.mark.long
 def test_prisms_move_as_in_mjx(float64, table, name):
     """Tips at random places along the outline, away from corners: accelerations to 1e-4.
 

@@ -138,6 +138,7 @@ def results():
 
 
 @pytest.mark.parametrize("xml", SCENES)
+@pytest.mark.long
 def test_values_equal_those_of_c_mujoco(results, xml):
     """Over 50 steps with sliding, sticking, a limit hit and an equality: to 1e-8."""
     model, found, _ = results(xml)
@@ -165,6 +166,7 @@ def test_values_equal_those_of_mjx(results, xml):
 
 
 @pytest.mark.parametrize("xml", SCENES)
+@pytest.mark.long
 def test_forward_mode_equals_central_differences(results, xml):
     """Through `scan`, under `vmap`: to 1e-3 of the largest entry of each parameter."""
     _, found, forward = results(xml)

@@ -55,6 +55,7 @@ def panda_file():
     return assets / "kitchen_assets" / "kitchen_env_model.xml"
 
 
+@pytest.mark.long
 def test_a_panda_is_that_of_mujoco(panda_file):
     arm, model = load_arm(panda_file, "end_effector"), mujoco.MjModel.from_xml_path(str(panda_file))
     assert arm.joint_names == tuple(f"robot:panda0_joint{i}" for i in range(1, 8))

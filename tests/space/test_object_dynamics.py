@@ -17,6 +17,8 @@ from mjx_inertia.space import (
 )
 from mjx_inertia.space.node import MOMENTA
 
+pytestmark = pytest.mark.long
+
 OBJECT = np.array([10.0, 10.0, 0.64])  # kg, kg m²
 EIGHT = 8
 

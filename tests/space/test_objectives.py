@@ -24,6 +24,8 @@ from mjx_inertia.space import (
 from mjx_inertia.space.default_manoeuvres import TARGET
 from mjx_inertia.space.manoeuvre import RESOLVED
 
+pytestmark = pytest.mark.long
+
 KINDS = {"consistent": planned.consistent, "printed": planned.printed}
 SAMPLE_TIME = 0.01
 
@@ -214,3 +216,20 @@ def test_names_of_costs():
     search = problem(planned.printed())
     assert search.cost_names == THESIS and search.dimension == 12
     assert planar_robot().dof == 6 and planar_capture().radius == 0.4
+
+
+def test_without_the_total_wrench_the_other_costs_are_the_same(kind):
+    """A problem that asks for no cost of it leaves it out, and allows what is singular for it."""
+    m = KINDS[kind]()
+    names = ("object_force", "effort", "base_turn", "hand_distance")
+    decisions = np.random.default_rng(3).uniform(-BOUND, BOUND, (planned.BATCH, m.size))
+    found = jax.jit(jax.vmap(problem(m, names).evaluate))(jnp.asarray(decisions))
+    courses, values = planned.evaluated(KINDS[kind])(decisions)
+    wanted = values[:, [planned.NAMES.index(name) for name in names]]
+    fine = courses.status == 0
+    assert fine.sum() > 3
+    np.testing.assert_allclose(np.asarray(found.costs)[fine], wanted[fine], rtol=1e-12)
+    allowed = np.asarray(found.violation) == 0.0
+    assert np.all(allowed[fine]) and allowed.sum() > fine.sum()
+    c = jax.jit(lambda x: course(m, x, total=False))(jnp.asarray(decisions[0]))
+    assert np.all(np.isnan(c.nodes.total_wrench)) and np.all(np.isnan(c.nodes.manipulability))

@@ -58,6 +58,7 @@ def test_a_model_without_the_objects_momentum_is_seen_to_be_wrong():
     assert apart.force > 0.05
 
 
+@pytest.mark.long
 def test_a_servicer_in_space_does_what_was_predicted():
     m = servicer_manoeuvre()
     found = replay(m, np.zeros(m.size), dataclasses.replace(QUICK, step=0.01))

@@ -137,6 +137,7 @@ def test_matrix_forces_and_accelerations_are_those_of_mujoco(name):
 
 
 @pytest.mark.parametrize("name", HELD)
+@pytest.mark.long
 def test_accelerations_are_those_of_mujoco(name):
     robot, _, model = case(name)
     rotations, state = states(name)
