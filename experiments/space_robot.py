@@ -5,8 +5,8 @@
 
 1. As the thesis sets it (six independent joints, momentum of the robot alone, Table 7.1): the three
    sub-problems of Fig. 7.2 and all nine objectives at once, `generations` of MOEA/D in all, beside
-   the straight quintic (p = q = 0); a choice from the nine (knee, and nearest to what the straight
-   quintic costs halved).
+   the straight quintic (p = q = 0); from the nine the knee, the row nearest to a wish (half the
+   straight quintic's wrench, a tenth of its turn and errors), and CMA-ES straight toward the wish.
 2. Joints that obey the grasp, momentum of the whole system, the links' physical inertia: force and
    moment of the total wrench and the turn of the base; MOEA/D, CMA-ES, differential evolution and
    gradients by evaluations and by time.
@@ -49,6 +49,7 @@ from mjx_inertia.search import (
     gradient_descent,
     moead,
     progress,
+    toward,
 )
 from mjx_inertia.space import (
     AS_PRINTED,
@@ -84,6 +85,7 @@ GRADIENT = {
 PARTS = ("thesis", "consistent", "replay", "servicer")
 COMPROMISE = ("force", "moment", "base_turn")
 SPARING = ("object_force", "object_moment", "base_turn")
+REACHING, REACHING_STEPS = StrategySettings(weights=1, population=24), 400
 SUB_PROBLEMS = {"wrench": WRENCH, "base": BASE_DRIFT, "end effectors": HANDS}
 
 
@@ -163,20 +165,30 @@ def thesis_run(options: Options) -> dict[str, Any]:
     decisions, costs = result.front()
     chosen = {"knee": knee(costs), "nearest to a wish": nearest(costs, wish)}
     rows |= {f"all nine: {name}": costs[row] for name, row in chosen.items()}
+    aimed, took = timed(
+        lambda: evolution_strategies(toward(posed, wish), REACHING, REACHING_STEPS, key=key)
+    )
+    seconds, evaluations = seconds + took, evaluations + int(aimed.evaluations)
+    decision = aimed.front()[0][0]
+    rows["toward the wish"] = nine(m, decision[None])[0]
     show("As printed: independent joints, momentum of the robot", straight, rows)
     fronts_figure(fronts, baseline).savefig(OUT / "fronts.svg")
     parallel_figure(costs, THESIS, chosen, straight).savefig(OUT / "parallel.svg")
-    row = chosen["nearest to a wish"]
-    way = path(m, jnp.asarray(decisions[row]), np.linspace(0.0, 1.0, 201))
+    way = path(m, jnp.asarray(decision), np.linspace(0.0, 1.0, 201))
     path_figure(m.robot, way).savefig(OUT / "path_as_printed.svg")
     apart = np.asarray(way.nodes.closure).max(0)
+    made, volume = progress(result, 2.0 * straight)
+    share = volume / np.prod(2.0 * straight)
+    progress_figure({"all nine": (made, share)}).savefig(OUT / "progress_of_nine.svg")
     print(f"{evaluations} evaluations in {seconds:.0f} s, {len(costs)} on the front of nine")
+    print(f"its hypervolume, a share of twice the straight quintic: {np.round(share[::5], 4)}")
     print(f"the chosen joints pull the hands' objects {apart[0]:.2g} m, {apart[1]:.2g} rad apart")
     return {
         "straight": summary(straight),
         **{name: summary(row) for name, row in rows.items()},
         "least_wrench_norm": float(np.linalg.norm(fronts["wrench"][1], axis=1).min()),
         "closure_m": float(apart[0]),
+        "hypervolume_of_nine": float(share[-1]),
         "seconds": round(seconds, 1),
         "evaluations": evaluations,
     }
@@ -333,7 +345,7 @@ def main(arguments: list[str]) -> None:
     if "thesis" in options.parts:
         printed = thesis_run(options)
         figures |= {name: printed[name] for name in ("evaluations", "seconds")}
-        figures |= printed["all nine: nearest to a wish"] | {"as_printed": printed}
+        figures |= printed["toward the wish"] | {"as_printed": printed}
     if "consistent" in options.parts:
         found, best = consistent_run(options, m)
         runs = found["optimisers"].items()

@@ -5,9 +5,11 @@
 
 Both compute C_f1 to C_f9 (thesis Eqs 7.17, 7.19, 7.21) of the same manoeuvre as it is printed: six
 independent joints, momentum of the robot alone. The rival is the closed form in NumPy, vectorised
-over the 5,001 samples of 0.01 s, one decision at a time, driven by pymoo's MOEA/D with the lattice
-of weights that ours takes too; `rival_alone` is the same without pymoo. Ours takes `nodes`
-samples of a Gauss quadrature, all cores, and MOEA/D in one compiled program. The largest relative
+over the 5,001 samples of 0.01 s, one decision at a time on one core, driven by pymoo's MOEA/D with
+the 210 weights that ours takes too; `rival_alone` is the same without pymoo. Ours takes `nodes`
+samples of a Gauss quadrature, all cores, and MOEA/D in one compiled program. What the quadrature is
+worth without the rest, `rival_same_nodes` tells: the same NumPy at our nodes. Evaluations are those
+that each search says it has made. The largest relative
 difference of the costs over random decisions is printed first, for each number of nodes. Both run
 alternately in this process; compilation is timed apart. Last line: JSON.
 """
@@ -39,7 +41,7 @@ from mjx_inertia.dataset import provenance
 from mjx_inertia.experiment import read_options
 from mjx_inertia.search import ArchiveSettings, MoeadSettings, moead
 from mjx_inertia.search.problem import evaluate_all
-from mjx_inertia.search.weights import simplex_lattice
+from mjx_inertia.search.weights import spread_weights
 from mjx_inertia.space import (
     AS_PRINTED,
     BOUND,
@@ -50,9 +52,11 @@ from mjx_inertia.space import (
     planar_manoeuvre,
     problem,
 )
+from mjx_inertia.space.objectives import SAMPLE_TIME
+from mjx_inertia.space.quadrature import Rule
 
 SAMPLES = 5001
-DIVISIONS = 3  # of the lattice: 165 weights for nine costs
+WEIGHTS = 210  # of nine costs: a lattice of two layers
 CHECKED = 200  # random decisions
 
 
@@ -74,17 +78,25 @@ class Options:
 
 
 class Rival:
-    """The nine objectives in NumPy at 5,001 samples.
+    """The nine objectives in NumPy, at samples of which every norm is a weighted sum.
 
     Attributes:
       s: figures of the robot.
       m: the manoeuvre.
+      tau: shares of the duration that are sampled.
+      counts: how many samples each stands for.
+      weights: of each in an integral over `tau`.
     """
 
-    def __init__(self, s: PlanarSettings, m: Manoeuvre) -> None:
-        """Computes once what does not depend on the decision."""
+    def __init__(self, s: PlanarSettings, m: Manoeuvre, rule: Rule | None = None) -> None:
+        """Computes once what does not depend on the decision; 5,001 samples without a `rule`."""
         self.s, self.m = s, m
-        self.tau = np.linspace(0.0, 1.0, SAMPLES)
+        self.tau, self.counts = np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES)
+        self.weights = np.ones(SAMPLES) / (SAMPLES - 1)
+        self.weights[[0, -1]] /= 2.0
+        if rule is not None:
+            self.tau, self.weights = rule.nodes, rule.weights
+            self.counts = rule.weights * m.duration / SAMPLE_TIME
         self.powers = np.vander(self.tau, 8, increasing=True)
         start, end = (np.asarray(q, np.float64) for q in (m.q_start, m.q_end))
         lower, upper = np.asarray(m.robot.lower), np.asarray(m.robot.upper)
@@ -98,14 +110,14 @@ class Rival:
     def costs(self, decision: Float[ndarray, "12"]) -> Float[ndarray, "9"]:
         """C_f1 to C_f9 of one decision."""
         q, qd, qdd = self._joints(decision.reshape(6, 2))
-        terms = planar_dynamics.planar_terms(self.s, np.zeros(SAMPLES), q, np)
+        terms = planar_dynamics.planar_terms(self.s, np.zeros(len(q)), q, np)
         J_a = planar_dynamics.momentum_map(terms, np)
         base = _product(J_a, qd)
         wrench = self._wrench(terms, J_a, np.concatenate([base, qd], -1), qdd)
-        theta = float(np.trapezoid(base[:, 2], self.tau)) * self.m.duration
+        theta = float(self.weights @ base[:, 2]) * self.m.duration
         error = self._hands_at(theta) - self.wanted
         drift = [*np.abs(self._base_at(theta)), abs(theta)]
-        return np.array([*np.sqrt((wrench**2).sum(0)), *drift, *np.sqrt((error**2).sum(0))])
+        return np.array([*np.sqrt(self.counts @ wrench**2), *drift, *np.sqrt((error**2).sum(0))])
 
     def _joints(self, free: Float[ndarray, "6 2"]) -> list[Float[ndarray, "5001 6"]]:
         """Eqs 7.12 to 7.15: positions, rates, accelerations."""
@@ -165,7 +177,7 @@ def _turned(angle: float, points: Float[ndarray, "*n 2"]) -> Float[ndarray, "*n 
 
 
 class Posed(ElementwiseProblem):
-    """The rival's objectives as pymoo's problem."""
+    """A rival's objectives as pymoo's problem."""
 
     def __init__(self, rival: Rival) -> None:
         """Bounds as in the thesis."""
@@ -220,32 +232,41 @@ def main(arguments: list[str]) -> None:
         print(f"{nodes} nodes: largest relative difference {off:.1e} of the {share:.1%} resolved")
 
     posed = problem(m, THESIS)
-    weights = simplex_lattice(9, DIVISIONS)
+    weights = spread_weights(9, WEIGHTS)
     size = len(weights)
     ours = MoeadSettings(population=size, children=size, archive=ArchiveSettings(size))
-    go = lambda: moead(posed, ours, options.generations, key=jax.random.key(0)).costs  # noqa: E731
+    made = {"ours": 0, "rival": 0, "rival_same_nodes": 0}
+
+    def go() -> None:
+        result = moead(posed, ours, options.generations, key=jax.random.key(0))
+        made["ours"] = int(result.evaluations)
+
+    def theirs(name: str, rival: Rival, seed: int) -> None:
+        algorithm = MOEAD(weights, n_neighbors=20, prob_neighbor_mating=0.9)
+        stop = ("n_gen", options.rival_generations)
+        result = minimize(Posed(rival), algorithm, stop, seed=seed)
+        made[name] = result.algorithm.evaluator.n_eval
+
     first = timed(go)
     batch = jnp.asarray(np.random.default_rng(1).uniform(-BOUND, BOUND, (20_000, 12)))
     many = jax.jit(lambda decisions: evaluate_all(posed, decisions))
     alone_first = timed(lambda: many(batch))
     queue = iter(np.asarray(batch))
-    run: dict[str, list[float]] = {"ours": [], "ours_alone": [], "rival": [], "rival_alone": []}
+    few = Rival(settings, m, m.rule)
+    names = ("ours", "ours_alone", "rival", "rival_alone", "rival_same_nodes",
+             "rival_same_nodes_alone")  # fmt: skip
+    run: dict[str, list[float]] = {name: [] for name in names}
     for seed in range(options.repeats):
         run["ours"].append(timed(go))
         run["ours_alone"].append(timed(lambda: many(batch)))
-        algorithm = MOEAD(weights, n_neighbors=20, prob_neighbor_mating=0.9)
-        stop = ("n_gen", options.rival_generations)
-        run["rival"].append(
-            timed(lambda a=algorithm, s=stop, k=seed: minimize(Posed(rival), a, s, seed=k))
-        )
-        run["rival_alone"].append(timed(lambda: [rival.costs(next(queue)) for _ in range(50)]))
+        for name, other, count in (("rival", rival, 50), ("rival_same_nodes", few, 500)):
+            run[name].append(timed(lambda n=name, o=other, k=seed: theirs(n, o, k)))
+            run[f"{name}_alone"].append(
+                timed(lambda o=other, c=count: [o.costs(next(queue)) for _ in range(c)])
+            )
+    made |= {"ours_alone": len(batch), "rival_alone": 50, "rival_same_nodes_alone": 500}
     middle = {name: statistics.median(seconds) for name, seconds in run.items()}
-    speed = {
-        "ours": len(weights) * (options.generations + 1) / middle["ours"],
-        "ours_alone": len(batch) / middle["ours_alone"],
-        "rival": len(weights) * options.rival_generations / middle["rival"],
-        "rival_alone": 50 / middle["rival_alone"],
-    }
+    speed = {name: made[name] / seconds for name, seconds in middle.items()}
     for name, rate in speed.items():
         print(f"{name}: {rate:,.0f} evaluations/s")
     print(
@@ -255,6 +276,10 @@ def main(arguments: list[str]) -> None:
                 **{f"{name}_evaluations_per_s": round(rate, 1) for name, rate in speed.items()},
                 "ratio": round(speed["ours"] / speed["rival"], 1),
                 "ratio_alone": round(speed["ours_alone"] / speed["rival_alone"], 1),
+                "ratio_same_nodes": round(speed["ours"] / speed["rival_same_nodes"], 1),
+                "ratio_same_nodes_alone": round(
+                    speed["ours_alone"] / speed["rival_same_nodes_alone"], 1
+                ),
                 "compile_s": round(first - middle["ours"], 1),
                 "compile_alone_s": round(alone_first - middle["ours_alone"], 1),
                 "largest_relative_difference": found[options.nodes][0],

@@ -8,6 +8,10 @@ from pathlib import Path
 
 import jax
 
+# of XLA's pool for each host device. A LAPACK routine on a batch waits for others of its pool; two
+# devices that do so in a pool of two wait for ever (jaxlib 0.10).
+_THREADS = 4
+
 
 def cores() -> int:
     """Cores that this process may use."""
@@ -33,6 +37,7 @@ def configure(devices: int | None = None, *, float64: bool = False) -> None:
       float64: compute in double precision: for identification and checks, not for data.
     """
     wanted = devices or cores()
+    os.environ.setdefault("NPROC", str(_THREADS * wanted))  # read when JAX begins
     if jax.config.jax_num_cpu_devices != wanted:  # it cannot change once JAX has begun
         jax.config.update("jax_num_cpu_devices", wanted)
     jax.config.update("jax_enable_x64", float64)

@@ -17,12 +17,13 @@ from mjx_inertia.pareto.dominance import (
     is_non_dominated,
     non_dominated_ranks,
 )
-from mjx_inertia.pareto.hypervolume import hypervolume
+from mjx_inertia.pareto.hypervolume import approximate_hypervolume, hypervolume
 from mjx_inertia.pareto.inverted_generational_distance import inverted_generational_distance
 
 __all__ = [
     "NONE",
     "UNRANKED",
+    "approximate_hypervolume",
     "best_per_metric",
     "crowding_distance",
     "dominates",

@@ -8,6 +8,7 @@ from mjx_inertia.search.evolution_strategies import StrategySettings, evolution_
 from mjx_inertia.search.gradient_descent import GradientSettings, gradient_descent
 from mjx_inertia.search.moead import MoeadSettings, moead
 from mjx_inertia.search.problem import Evaluation, Problem
+from mjx_inertia.search.reference_point import toward
 from mjx_inertia.search.result import History, SearchResult, progress
 from mjx_inertia.search.variation import VariationSettings
 
@@ -25,4 +26,5 @@ __all__ = [
     "gradient_descent",
     "moead",
     "progress",
+    "toward",
 ]

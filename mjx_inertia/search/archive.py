@@ -24,9 +24,10 @@ class ArchiveSettings:
 
     Attributes:
       capacity: rows, at most.
-      least_trade_off: a row must gain in one cost at least this share of what it loses in the
-        others, all in ranges of the costs on the front. With 0, rows that are hardly better in one
-        cost and far worse in the rest stay for ever and spoil the ranges of the front.
+      least_trade_off: t; of k costs, a row must gain in one more than about t / k of what it loses
+        in the others together, all in ranges of the costs on the front. With 0, rows that are
+        hardly better in one cost and far worse in the rest stay for ever and spoil the ranges of
+        the front.
       directions: whether a full archive keeps the best row of each direction before rows that are
         far from others: more hypervolume on regular fronts of three and more costs.
     """

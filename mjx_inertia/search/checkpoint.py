@@ -18,6 +18,8 @@ from numpy import ndarray
 
 from mjx_inertia.search.problem import Problem
 
+_FORMAT = 2  # of what a step of the same search does; raised when that changes
+
 
 class Kept(NamedTuple):
     """A search under way and what is in its history.
@@ -35,8 +37,8 @@ class Kept(NamedTuple):
     done: int
 
 
-def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array) -> str:
-    """Tells a search from others: its settings, bounds, costs, parts, key and precision.
+def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array, like: Any) -> str:
+    """Tells a search from others: its settings, bounds, costs, parts, key, precision and state.
 
     What the costs are is not looked at: change the names of the costs where they change.
 
@@ -44,13 +46,16 @@ def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array) -> 
       problem: searched.
       search: the method, and the steps at which it is written.
       key: of the search.
+      like: shapes of its state.
     """
     method, marks = search
+    parts = [(jax.tree_util.keystr(path), x.shape, str(x.dtype))
+             for path, x in jax.tree_util.tree_leaves_with_path(like)]  # fmt: skip
     box = (np.asarray(problem.lower, float).tolist(), np.asarray(problem.upper, float).tolist())
     precision = str(jnp.asarray(problem.lower).dtype)
     named = (type(method).__name__, repr(method.settings), problem.cost_names, box, precision)
     draw = np.asarray(_plain(key)).tolist()
-    text = repr((*named, marks, draw))
+    text = repr((_FORMAT, *named, marks, draw, parts))
     return f"{type(method).__name__} {hashlib.sha256(text.encode()).hexdigest()}"
 
 

@@ -16,7 +16,7 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.search.archive import Archive, ArchiveSettings, add, empty_archive, scale
+from mjx_inertia.search.archive import Archive, ArchiveSettings, add, empty_archive, in_use, scale
 from mjx_inertia.search.box import into_box, out_of_box
 from mjx_inertia.search.decomposition import decomposition
 from mjx_inertia.search.loop import run_search
@@ -25,7 +25,9 @@ from mjx_inertia.search.result import SearchResult
 from mjx_inertia.search.sampling import latin_hypercube
 from mjx_inertia.search.weights import spread_weights
 
-_WORST = 1e6  # of a failed evaluation, above the worst of the others, or one yet to come
+# levels of single costs, each above all of the one before: what is stored in one generation is
+# compared with what comes in later ones
+_NOT_ALLOWED, _FAILED, _UNKNOWN = 2.0, 4.0, 5.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,8 @@ def evolution_strategies(
 
     Strategies that sample from a distribution start with means drawn at random. Their single costs
     are measured from the ideal point of each generation; those with a population keep the values of
-    its members, so they stay with the ideal point of the first generation.
+    its members, so they stay with the ideal point of the generation that first finds a front. Their
+    first population is drawn and not evaluated: whatever it breeds takes its place.
 
     Raises:
       ValueError: no such algorithm, or as `moead`.
@@ -123,7 +126,7 @@ class Strategies:
         decisions = latin_hypercube(self.problem, count * each, key=draw)
         free = jax.vmap(lambda x: out_of_box(self.problem, x))(decisions)
         if _has_population(strategy):
-            unknown = jnp.full((count, each), _WORST, free.dtype)
+            unknown = jnp.full((count, each), _UNKNOWN, free.dtype)
             run = jax.vmap(lambda k, x, f: strategy.init(k, x, f, params))
             strategies = run(keys, free.reshape(count, each, -1), unknown)
         else:
@@ -154,9 +157,9 @@ class Strategies:
         ideal = jnp.minimum(state.ideal, least_costs(found))
         span = scale(archive, ideal)
         if _has_population(strategy):
-            first = state.step == 0
-            ideal = jnp.where(first, ideal, state.ideal)
-            span = jnp.where(first, span, state.scale)
+            known = in_use(state.archive) > 1
+            ideal = jnp.where(known, state.ideal, ideal)
+            span = jnp.where(known, state.scale, span)
         single = self._single(weights, found, (ideal, span))
         tell = jax.vmap(lambda k, x, f, s: strategy.tell(k, x, f, s, params)[0])
         told = tell(telling, free, single, strategies)
@@ -171,7 +174,7 @@ class Strategies:
         found: Evaluation,
         scaling: tuple[Float[Array, " k"], Float[Array, " k"]],
     ) -> Float[Array, "w p"]:
-        """One finite cost of each decision: allowed, not allowed, failed come in this order."""
+        """One number of each decision: below 1 if allowed, then not allowed, then failed."""
         of_one = decomposition(self.settings.decomposition)
         whole = jnp.where(jnp.isfinite(found.costs), found.costs, 0.0)
         ideal = jnp.where(jnp.isfinite(scaling[0]), scaling[0], 0.0)
@@ -181,10 +184,9 @@ class Strategies:
             jnp.asarray(weights), costs
         )
         violation = found.violation.reshape(shape)
-        allowed = violation == 0.0
-        worst = jnp.max(jnp.where(allowed, value, -jnp.inf), axis=1, keepdims=True)
-        beyond = jnp.where(jnp.isfinite(worst), worst, 0.0) + 1.0
-        return jnp.where(allowed, value, beyond + jnp.minimum(violation, _WORST))
+        beyond = _NOT_ALLOWED + violation / (1.0 + violation)
+        ranked = jnp.where(violation == 0.0, value / (1.0 + jnp.abs(value)), beyond)
+        return jnp.where(jnp.isfinite(violation), ranked, _FAILED)
 
     def _weights(self) -> Float[ndarray, "w k"]:
         return spread_weights(len(self.problem.cost_names), self.settings.weights)

@@ -90,7 +90,7 @@ def gradient_descent(
     """Searches by gradients from all starts of all directions; the arguments are those of `moead`.
 
     `problem.evaluate_many` is not used. A start whose cost or gradient is not finite ends there,
-    the others go on.
+    the others go on. Where the last step leads is not evaluated.
 
     Raises:
       ValueError: no such optimizer, or as `moead`.
@@ -217,7 +217,7 @@ class Gradients:
         """Costs and violation of a free variable, and its decision."""
         decision = into_box(self.problem, free)
         costs, violation = self.problem.evaluate(decision)
-        return (costs, violation), decision
+        return (costs, jnp.asarray(violation, costs.dtype)), decision
 
     def _weights(self) -> Float[ndarray, "n k"]:
         """The direction of each start."""

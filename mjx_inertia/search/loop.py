@@ -82,9 +82,9 @@ def run_search(
     marks = np.unique(np.linspace(0, steps, min(snapshots, steps) + 1).round().astype(int))
     if checkpoint is None and report is None:
         return _whole(method, key, jnp.asarray(marks))
-    mine = fingerprint(method.problem, (method, marks.tolist()), key)
+    like = jax.eval_shape(method.start, key)
+    mine = fingerprint(method.problem, (method, marks.tolist()), key, like)
     if checkpoint is not None and checkpoint.exists():
-        like = jax.eval_shape(method.start, key)
         state, evaluations, costs, done = read_checkpoint(checkpoint, mine, like, key)
     else:
         state, done = _begin(method, key), 0

@@ -206,7 +206,8 @@ class Moead:
         weights = spread_weights(len(self.problem.cost_names), settings.population)
         near = nearest_weights(weights, min(settings.neighbours, len(weights)))
         of_one = decomposition(settings.decomposition)
-        return Subproblems(weights, near, of_one, settings.replacements)
+        directed = settings.decomposition != "weighted_sum"
+        return Subproblems(weights, near, of_one, settings.replacements, directed)
 
 
 def _as(flags: Bool[Array, " n"], like: Array) -> Bool[Array, "..."]:

@@ -25,12 +25,15 @@ class Subproblems:
       near: those nearest to each, itself first.
       of_one: the single cost.
       replacements: at most, by one child.
+      by_direction: whether the least single cost lies where the costs are in the direction of the
+        weight. Not so for a weighted sum, whose greatest weight asks for the least cost.
     """
 
     weights: Float[ndarray, "n k"]
     near: Int[ndarray, "n t"]
     of_one: Decomposition
     replacements: int
+    by_direction: bool = True
 
 
 def replaced(
@@ -44,7 +47,7 @@ def replaced(
 
     A child is offered to the weights around the one in whose direction its costs lie (Wang et al.
     2014, "A replacement strategy for balancing convergence and diversity in MOEA/D", IEEE CEC), the
-    nearest first; if it is not allowed, to those around its own.
+    nearest first; if it is not allowed, or the weights are no directions, to those around its own.
 
     Args:
       subproblems: one for each decision.
@@ -60,7 +63,8 @@ def replaced(
         whole = jnp.where(jnp.isfinite(costs), costs, 0.0)  # the violation tells which failed
         return subproblems.of_one(whole, weight, ideal, scale)
 
-    offered = jnp.asarray(subproblems.near)[_centres(weights, found, owners, scaling)]
+    centres = _centres(weights, found, owners, scaling) if subproblems.by_direction else owners
+    offered = jnp.asarray(subproblems.near)[centres]
     value = jax.vmap(jax.vmap(single, (None, 0)))(found.costs, weights[offered])
 
     def offer(

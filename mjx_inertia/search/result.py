@@ -10,7 +10,9 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.pareto import hypervolume
+from mjx_inertia.pareto import approximate_hypervolume, hypervolume
+
+_EXACT = 5  # costs, at most: beyond, the exact volume of 100 rows takes minutes
 
 
 @struct.dataclass
@@ -66,9 +68,12 @@ def progress(
 ) -> tuple[Int[ndarray, " s"], Float[ndarray, " s"]]:
     """Evaluations made and the hypervolume of the archive at each copy in the history.
 
+    With more than five costs the volume is an approximation, see `approximate_hypervolume`.
+
     Args:
       result: of one search.
       reference: worse than what counts in every cost.
     """
     evaluations, costs = jax.device_get((result.history.evaluations, result.history.costs))
-    return evaluations, np.array([hypervolume(rows, reference) for rows in costs])
+    measure = hypervolume if costs.shape[-1] <= _EXACT else approximate_hypervolume
+    return evaluations, np.array([measure(rows, reference) for rows in costs])

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mjx_inertia.pareto import hypervolume
+from mjx_inertia.pareto import approximate_hypervolume, hypervolume
 
 
 def by_inclusion_exclusion(costs, reference):
@@ -35,6 +35,18 @@ def test_larger_front_against_random_points():
     for cost in costs:
         inside |= np.all(points > cost, axis=1)
     assert hypervolume(costs, np.ones(5)) == pytest.approx(inside.mean(), abs=6e-3)
+
+
+@pytest.mark.parametrize("columns", [2, 5, 9])
+def test_approximation_of_costs_in_different_units(columns):
+    rng = np.random.default_rng(columns)
+    unit = 10.0 ** rng.uniform(-6.0, 6.0, columns)
+    costs = np.append(rng.uniform(0.1, 1.0, (10, columns)), np.full((1, columns), 1.2), 0) * unit
+    expected = by_inclusion_exclusion(costs[:10], unit)
+    found = approximate_hypervolume(costs, unit)
+    assert found == pytest.approx(expected, rel=1e-2)
+    assert found == approximate_hypervolume(costs, unit)
+    assert approximate_hypervolume(costs[10:], unit) == 0.0
 
 
 def test_rows_beyond_the_reference_and_failed_ones_add_nothing():

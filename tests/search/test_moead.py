@@ -18,6 +18,9 @@ from mjx_inertia.search import (
     progress,
 )
 from mjx_inertia.search.benchmarks import zdt, zdt_front
+from mjx_inertia.search.decomposition import decomposition
+from mjx_inertia.search.moead import Moead
+from mjx_inertia.search.weights import spread_weights
 
 SMALL = MoeadSettings(population=30, archive=ArchiveSettings(capacity=40))
 
@@ -45,6 +48,23 @@ def test_constraints_and_failures():
     assert np.all(decisions[:, 1] >= FLOOR) and np.all(np.abs(decisions[:, 2]) < 0.4)
     assert np.all(np.isfinite(costs))
     assert distance(in_units(costs), front(FLOOR)) < 0.02
+
+
+@pytest.mark.parametrize("name", ["tchebycheff", "weighted_sum", "boundary_intersection"])
+def test_each_weight_has_the_decision_that_its_single_cost_asks_for(name):
+    """On the bowls' front (t², (1 - t)²) in units of its range, for weights that look inside."""
+    settings = dataclasses.replace(SMALL, decomposition=name)
+    method = Moead(bowls(), settings)
+    state = jax.lax.fori_loop(0, 150, lambda _, s: method.step(s), method.start(jax.random.key(2)))
+    weights = spread_weights(2, SMALL.population)
+    t = np.linspace(0.0, 1.0, 2001)
+    points = jnp.asarray(np.stack([t**2, (1.0 - t) ** 2], 1))
+    value = jax.vmap(jax.vmap(decomposition(name), (0, None, None, None)), (None, 0, None, None))
+    zero, one = jnp.zeros(2), jnp.ones(2)
+    least = np.asarray(value(points, jnp.asarray(weights), zero, one)).min(1)
+    held = jnp.asarray(in_units(state.held.costs))
+    own = np.asarray(jax.vmap(decomposition(name), (0, 0, None, None))(held, weights, zero, one))
+    np.testing.assert_allclose(own[3:-3], least[3:-3], rtol=0.05, atol=0.01)
 
 
 def test_nothing_allowed_is_an_empty_front():

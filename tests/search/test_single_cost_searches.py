@@ -10,6 +10,7 @@ from search.bowls import FLOOR, bowls, front, in_units, walled_bowls
 
 from mjx_inertia.pareto import inverted_generational_distance
 from mjx_inertia.search import (
+    Evaluation,
     GradientSettings,
     StrategySettings,
     evolution_strategies,
@@ -32,6 +33,33 @@ def test_strategies_keep_to_constraints_and_survive_failures(name):
     assert int(result.evaluations) == 20 * 12 * 60
     assert np.all(decisions[:, 1] >= FLOOR) and np.all(np.isfinite(costs))
     assert distance(result, FLOOR) < 0.04
+
+
+@pytest.mark.parametrize("name", ["DifferentialEvolution", "PSO", "SimpleGA"])
+def test_members_that_are_not_allowed_give_way(name):
+    """One in a hundred is allowed; members are compared with those of generations before."""
+    free = walled_bowls()
+
+    def evaluate(x):
+        return Evaluation(free.evaluate(x).costs, jnp.maximum(0.98 - x[1], 0.0))
+
+    problem = dataclasses.replace(free, evaluate=evaluate)
+    settings = StrategySettings(name=name, population=24)
+    result = evolution_strategies(problem, settings, 80, key=KEY)
+    decisions, costs = result.front()
+    assert np.all(decisions[:, 1] >= 0.98)
+    assert np.min(in_units(costs)[:, 0]) < 1.3 and np.min(in_units(costs)[:, 1]) < 1.3
+
+
+def test_a_violation_may_be_a_count():
+    free = bowls()
+
+    def evaluate(x):
+        return Evaluation(free.evaluate(x).costs, (x[1] < FLOOR).astype(int))
+
+    problem = dataclasses.replace(free, evaluate=evaluate)
+    result = gradient_descent(problem, GradientSettings(), 5, key=KEY)
+    assert np.all(result.front()[0][:, 1] >= FLOOR)
 
 
 def test_unknown_strategy():
