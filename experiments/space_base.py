@@ -75,8 +75,10 @@ def one_end(m: Manoeuvre, share: float) -> dict[str, Any]:
     costs, off = map(np.asarray, jax.jit(jax.vmap(posed.evaluate))(jnp.asarray(decisions)))
     good = costs[off == 0.0]
     still = base_at(m, np.eye(3), jnp.asarray(m.q_end)).translation
+    arrived = problem(m, ("base_distance", "base_turn", "hand_distance"), arrive=True)
     return {
         "straight_m": float(costs[0, 0]),
+        "straight_arriving_m_rad_m": jax.jit(arrived.evaluate)(jnp.zeros(m.size)).costs.tolist(),
         "at_no_turn_m": float(np.linalg.norm(still)),
         "fixed_end_m": [float(good[:, 0].min()), float(good[:, 0].max())],
         "fixed_end_turn_rad": [float(good[:, 1].min()), float(good[:, 1].max())],

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float, Int
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -16,6 +17,8 @@ from mjx_inertia.space.path import Path
 from mjx_inertia.space.robot import SpaceRobot
 
 _CHOSEN = ("tab:red", "tab:green", "tab:orange", "tab:purple")
+# ten colours, then the same ones paler
+_JOINTS = [color for pale in (0, 1) for color in colormaps["tab20"].colors[pale::2]]
 _OTHERS, _BASELINE = "tab:blue", "0.4"
 
 
@@ -51,9 +54,10 @@ def path_figure(robot: SpaceRobot, path: Path) -> Figure:
         ("joints, rad", "rates, rad/s", "accelerations, rad/s²", "torques, N m"),
         strict=True,
     ):
+        ax.set_prop_cycle(color=_JOINTS[: max(10, len(names))])
         lines = ax.plot(time, np.asarray(signal))
         ax.set_ylabel(label)
-    axes[0, 0].legend(lines, names, fontsize=7, ncols=2)
+    figure.legend(lines, names, fontsize=7, ncols=7, loc="outside lower center")
     parts = [("fx", "fy", "fz", "nx", "ny", "nz")[i] for i in robot.axes]
     for wrench, style in ((path.nodes.total_wrench, "-"), (path.nodes.object_wrench, "--")):
         axes[2, 0].set_prop_cycle(None)
