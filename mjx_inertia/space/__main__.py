@@ -11,19 +11,26 @@ from typing import NoReturn
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 from numpy import ndarray
 
 from mjx_inertia import runtime
-from mjx_inertia.pareto import knee
-from mjx_inertia.search import MoeadSettings, moead
+from mjx_inertia.search import (
+    MoeadSettings,
+    Problem,
+    SearchResult,
+    StrategySettings,
+    evolution_strategies,
+    moead,
+    toward,
+)
 from mjx_inertia.space.animation import save_animation
 from mjx_inertia.space.default_manoeuvres import START, TARGET, planar_manoeuvre
 from mjx_inertia.space.end_configuration import MOTIONS, ManoeuvreSettings
 from mjx_inertia.space.figures import fronts_figure, parallel_figure, path_figure
 from mjx_inertia.space.manoeuvre import Manoeuvre
 from mjx_inertia.space.node import MOMENTA
-from mjx_inertia.space.objectives import OBJECTIVES, THESIS, problem
+from mjx_inertia.space.objectives import OBJECTIVES, THESIS, arriving, problem
 from mjx_inertia.space.path import path
 from mjx_inertia.space.planar_robot import PlanarSettings
 
@@ -42,40 +49,68 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(given: argparse.Namespace) -> None:
     folder = Path(given.out)
-    _check_writable(folder)
-    if given.generations < 1:
-        raise ValueError(f"--generations {given.generations}: expected 1 or more")
+    _check(given, folder)
     settings = ManoeuvreSettings(
         duration=given.duration, motion=given.motion, momentum=given.momentum
     )
     figures = PlanarSettings(object_mass=given.mass, link_inertia=given.link_inertia)
     m = planar_manoeuvre(settings, figures, tuple(given.start), tuple(given.target))
+    arrive = given.motion == "consistent" and not given.no_arrive
     start = time.perf_counter()
-    posed = problem(m, given.objectives)
-    result = moead(posed, MoeadSettings(), given.generations, key=jax.random.key(given.seed))
+    posed = problem(m, given.objectives, arrive=arrive)
+    result = _searched(posed, given.generations, given.seed)
     decisions, costs = result.front()
-    seconds = time.perf_counter() - start
     if not len(costs):
         raise ValueError(
             f"none of {int(result.evaluations)} decisions holds the object all the way within the "
             "joints' limits; give more --generations, another --target or --motion independent"
         )
-    chosen = knee(costs)
-    straight, best = _nine(m, np.stack([np.zeros(m.size), decisions[chosen]]))
+    straight = np.asarray(jax.jit(posed.evaluate)(jnp.zeros(m.size)).costs)
+    wish = np.where(straight > 0.0, straight, 1.0)
+    alone = StrategySettings(weights=1, population=20)
+    key = jax.random.key(given.seed)
+    aimed = evolution_strategies(toward(posed, wish), alone, given.generations, key=key)
+    best, share = (part[0] for part in aimed.front())
+    evaluations, seconds = int(result.evaluations + aimed.evaluations), time.perf_counter() - start
+    every = jax.jit(jax.vmap(problem(m, THESIS, arrive=arrive).evaluate))
+    nine = np.asarray(every(jnp.asarray([np.zeros(m.size), best])).costs)
     print(
-        f"{m.robot.name}, {given.motion} joints, momentum of the {given.momentum}: "
-        f"{int(result.evaluations)} evaluations in {seconds:.0f} s, {len(costs)} on the front of "
-        f"{', '.join(given.objectives)}; its knee:"
+        f"{m.robot.name}, {given.motion} joints, momentum of the {given.momentum}, link inertia "
+        f"{given.link_inertia}, {'arriving at the target' if arrive else 'end for no turn'}: "
+        f"{evaluations} evaluations in {seconds:.0f} s, {len(costs)} on the front of "
+        f"{', '.join(given.objectives)}; chosen for the least of its worst share of the straight "
+        f"quintic, {share[0]:.3f}:"
     )
-    print(_table(straight, best))
+    print(_table(*nine))
     folder.mkdir(parents=True, exist_ok=True)
-    _write(folder, m, given.objectives, (decisions, costs), chosen)
+    decision = jnp.asarray(best)
+    _draw(folder, arriving(m, decision) if arrive else m, decision)
+    reached = np.asarray(jax.jit(posed.evaluate)(decision).costs)
+    rows = np.concatenate([decisions, best[None]]), np.concatenate([costs, reached[None]])
+    _write(folder, posed, rows, straight)
     print(f"figures: {folder}")
 
 
-def _nine(m: Manoeuvre, decisions: Float[ndarray, "n c"]) -> Float[ndarray, "n 9"]:
-    """C_f1 to C_f9."""
-    return np.asarray(jax.jit(jax.vmap(problem(m, THESIS).evaluate))(jnp.asarray(decisions)).costs)
+def _check(given: argparse.Namespace, folder: Path) -> None:
+    """Before the work, which takes its time."""
+    _check_writable(folder)
+    if given.generations < 1:
+        raise ValueError(f"--generations {given.generations}: expected 1 or more")
+    if not 0 <= given.seed < 2**32:
+        raise ValueError(f"--seed {given.seed}: expected a number from 0 to {2**32 - 1}")
+    if len(set(given.objectives)) < len(given.objectives):
+        raise ValueError(f"--objectives {' '.join(given.objectives)}: expected each once")
+    if tuple(given.start) == tuple(given.target):
+        raise ValueError("--start and --target are the same: there is nothing to do")
+
+
+def _searched(posed: Problem, generations: int, seed: int) -> SearchResult:
+    """MOEA/D, or of one cost alone CMA-ES."""
+    key = jax.random.key(seed)
+    if len(posed.cost_names) > 1:
+        return moead(posed, MoeadSettings(), generations, key=key)
+    alone = StrategySettings(weights=1, population=20)
+    return evolution_strategies(posed, alone, generations, key=key)
 
 
 def _table(straight: Float[ndarray, "9"], best: Float[ndarray, "9"]) -> str:
@@ -85,31 +120,30 @@ def _table(straight: Float[ndarray, "9"], best: Float[ndarray, "9"]) -> str:
     return "\n".join(lines)
 
 
+def _draw(folder: Path, m: Manoeuvre, decision: Float[Array, " c"]) -> None:
+    course = path(m, decision, np.linspace(0.0, 1.0, 201))
+    path_figure(m.robot, course).savefig(folder / "path.svg")
+    save_animation(folder / "manoeuvre.gif", m, decision)
+
+
 def _write(
     folder: Path,
-    m: Manoeuvre,
-    names: Sequence[str],
+    posed: Problem,
     front: tuple[Float[ndarray, "n c"], Float[ndarray, "n k"]],
-    chosen: int,
+    straight: Float[ndarray, " k"],
 ) -> None:
-    decisions, costs = front
-    posed = problem(m, names)
-    straight = np.asarray(jax.jit(posed.evaluate)(jnp.zeros(m.size)).costs)
+    """The front, with what was chosen as its last row."""
+    (decisions, costs), names = front, posed.cost_names
     if len(names) >= 3:
         baseline = dict(zip(names, straight, strict=True))
         pairs = {"front": (names[:3], costs[:, :3])}
         fronts_figure(pairs, baseline).savefig(folder / "front.svg")
-    shown = parallel_figure(costs, names, {"knee": chosen}, straight)
+    shown = parallel_figure(costs, names, {"chosen": len(costs) - 1}, straight)
     shown.savefig(folder / "parallel.svg")
-    tau = np.linspace(0.0, 1.0, 201)
-    course = path(m, decisions[chosen], tau)
-    path_figure(m.robot, course).savefig(folder / "path.svg")
     np.savez(folder / "front.npz", decisions=decisions, costs=costs, names=np.array(names))
-    save_animation(folder / "manoeuvre.gif", m, jnp.asarray(decisions[chosen]))
 
 
 def _check_writable(folder: Path) -> None:
-    """Before the work, which takes its time."""
     place = folder if folder.exists() else folder.absolute().parent
     if not place.is_dir() or not os.access(place, os.W_OK):
         raise OSError(f"{folder}: cannot be written; expected a folder, or a new one in a folder")
@@ -138,7 +172,14 @@ def _parser() -> _Parser:
             help="of the object, m and rad, in the base as it starts")  # fmt: skip
     add("--mass", type=float, default=10.0, help="of the object, kg")
     add("--duration", type=float, default=50.0, help="s")
-    add("--generations", type=int, default=300, help="of MOEA/D with about 100 decisions each")
+    add(
+        "--generations",
+        type=int,
+        default=300,
+        help="of MOEA/D, 20 decisions each, after the first 100",
+    )
+    add("--no-arrive", action="store_true",
+        help="consistent motion: end for a base that has not turned")  # fmt: skip
     add("--seed", type=int, default=0, help="of the search")
     add("--out", default="space_manoeuvre", help="folder for figures and the front")
     return parser

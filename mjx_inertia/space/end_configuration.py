@@ -80,12 +80,16 @@ def plan_manoeuvre(
       guess: joint positions near the start; the middle of the limits if None.
 
     Raises:
-      ValueError: a pose out of reach of the hands within the joints' limits, an object that no body
-        is, leading joints that leave others to follow than the grasp ties, or float32; each with
-        its figures.
+      ValueError: a pose out of reach of the hands within the joints' limits, or not found from the
+        guess; no pose, or one that a planar robot cannot reach; a robot without mass or with joints
+        without limits, an object that no body is, leading joints that leave others to follow than
+        the grasp ties, or float32; each with its figures.
     """
     s = settings or ManoeuvreSettings()
     check_capture(capture)
+    _check_robot(robot)
+    for name, T in (("T_world_start", T_world_start), ("T_world_obj", T_world_obj)):
+        _check_pose(name, T, robot.planar)
     every = tuple(range(robot.dof))
     leading = every if s.motion == "independent" else s.leading or every[: -len(robot.axes)]
     if s.motion == "consistent":
@@ -161,6 +165,33 @@ def check_capture(capture: Capture) -> None:
         raise ValueError(f"`capture` is no body that can be: {explain(capture.inertial)}")
 
 
+def _check_robot(robot: SpaceRobot) -> None:
+    masses = np.concatenate([np.ravel(robot.base.mass), np.ravel(robot.links.mass)])
+    if not (np.all(np.isfinite(masses)) and masses[0] > 0.0 and np.all(masses >= 0.0)):
+        raise ValueError(f"`robot` has masses {masses.tolist()} kg: expected more than zero")
+    open_ended = ~(np.isfinite(robot.lower) & np.isfinite(robot.upper))
+    if np.any(open_ended):
+        i = int(np.argmax(open_ended))
+        joint = robot.joint_names[i] if robot.joint_names else f"joint {i}"
+        raise ValueError(
+            f"`robot` has no limits at {joint}; Eq. 7.12 moves within the range between them: give "
+            "them in its file, or by robot.replace(lower=..., upper=...)"
+        )
+
+
+def _check_pose(name: str, T: Pose, planar: bool) -> None:
+    R, place = np.asarray(T.rotation), np.asarray(T.translation)
+    if not (np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0.0):
+        raise ValueError(f"the rotation of `{name}` is {R.tolist()}: no rotation")
+    if not np.all(np.isfinite(place)):
+        raise ValueError(f"`{name}` is at {place.tolist()} m: expected finite numbers")
+    if planar and not (abs(place[2]) < 1e-9 and np.allclose(R[2], [0.0, 0.0, 1.0], atol=1e-9)):
+        raise ValueError(
+            f"`{name}` at {place.tolist()} m is not in the plane z = 0 of the robot, or turned out "
+            "of it"
+        )
+
+
 def _start(
     m: Manoeuvre, T_world_start: Pose, guess: Float[Array, " n"]
 ) -> tuple[Float[Array, " n"], Float[Array, ""]]:
@@ -209,8 +240,9 @@ def _check_reached(
     place = np.round(np.asarray(T.translation), 3).tolist()
     if not float(off) < _REACHED:
         raise ValueError(
-            f"`{name}` at {place} m is out of reach: the hands stay {float(off):.3g} (m, rad) from "
-            "where they should be; move it nearer, turn it, or give another `guess`"
+            f"`{name}` at {place} m is out of reach, or not found from this guess: the hands "
+            f"stay {float(off):.3g} (m, rad) from where they should be; move it nearer, turn it, "
+            "or give another `guess`"
         )
     beyond = np.maximum(np.asarray(q) - robot.upper, robot.lower - np.asarray(q))
     if np.any(beyond > 0.0):

@@ -47,6 +47,8 @@ def load_space_robot(path: str | Path, hands: tuple[str, str], planar: bool = Fa
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected an MJCF file")
+    if len(hands) != 2 or hands[0] == hands[1]:
+        raise ValueError(f"`hands` is {hands}: name two, one for each side of the object")
     tree = read_mjcf(path)
     base, in_plane = _base(tree)
     below = _below(tree, base)

@@ -18,7 +18,7 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float, Int
 
-from mjx_inertia.space.closure import follow
+from mjx_inertia.space.closure import follow, gap
 from mjx_inertia.space.node import Node, node
 from mjx_inertia.space.quadrature import Rule, attitude, gauss, integral, unresolved
 from mjx_inertia.space.robot import Capture, SpaceRobot, entry
@@ -32,7 +32,7 @@ from mjx_inertia.space.tree_recursions import (
     tree_joints,
 )
 from mjx_inertia.spatial import AnyArray, Pose
-from mjx_inertia.spatial.components import stacked
+from mjx_inertia.spatial.components import root, stacked
 from mjx_inertia.spatial.extremes import greatest
 
 
@@ -107,7 +107,8 @@ class Course:
       base_turn: rotation vector of the base at the end, rad.
       hand_error: position (m) of the right and the left hand against where they should be, world.
       hand_turn: rotation vector of the same, rad.
-      closure: greatest distance (m) and angle (rad) between the objects of the two hands.
+      closure: greatest distance (m) and angle (rad) between the objects of the two hands, on the
+        way and in `q_start` and `q_end` as they are given.
       limit_excess: how far a following joint goes beyond its limits, rad (m).
       unresolved: share of the total wrench that the nodes do not resolve; without it, of torques
         and the object's wrench.
@@ -140,9 +141,11 @@ def course(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], total: bool =
         space compiles in half the time.
 
     Raises:
-      ValueError: another number of coefficients than the leading joints have.
+      ValueError: another number of coefficients than the leading joints have, no leading joint, or
+        a duration or a mass of the object that is not positive.
     """
     m = manoeuvre
+    _check(m)
     if coefficients.shape != (m.size,):
         raise ValueError(
             f"`coefficients` has shape {coefficients.shape}; {len(m.leading)} leading joints have "
@@ -155,7 +158,7 @@ def course(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], total: bool =
     signals = at(motion.q, motion.qd, motion.qdd)
     T_world_base, turn = _final_base(m, signals.base_twist, q_end)
     place, angle = _hand_errors(m, T_world_base, q_end)
-    closure = greatest(signals.closure)
+    closure = greatest(jnp.concatenate([signals.closure, _gaps(m, coefficients.dtype)]))
     excess = _limit_excess(m, joints.q) if m.consistent else jnp.zeros(())
     read = [signals.total_wrench] if total else [signals.object_wrench, signals.torque]
     coarse = greatest(jnp.stack([unresolved(signal, m.rule) for signal in read]))
@@ -163,6 +166,27 @@ def course(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], total: bool =
     figures = (base_place, turn, place, angle, closure, excess, coarse)
     status = _status(m, figures, [*read, signals.torque])
     return Course(motion, signals, *figures, status=status)
+
+
+def _check(m: Manoeuvre) -> None:
+    """What a manoeuvre that was not planned may have wrong, as far as it is known in tracing."""
+    if not m.leading:
+        raise ValueError("`leading` is empty: name the joints that have coefficients")
+    if not 0.0 < m.duration < np.inf:
+        raise ValueError(f"`duration` is {m.duration} s: expected more than zero")
+    mass = m.capture.inertial.mass
+    if not isinstance(mass, jax.core.Tracer) and not float(np.asarray(mass)) > 0.0:
+        raise ValueError(f"`capture` has a mass of {mass} kg: expected more than zero")
+
+
+def _gaps(m: Manoeuvre, dtype: jnp.dtype) -> Float[Array, "g 2"]:
+    """Distance and angle between the hands' objects at both ends of a consistent motion."""
+    if not m.consistent:
+        return jnp.zeros((0, 2), dtype)
+    linear = sum(axis < 3 for axis in m.robot.axes)
+    apart = [gap(m.robot, m.capture, jnp.asarray(q, dtype))[0] for q in (m.q_start, m.q_end)]
+    parts = [jnp.stack([root(jnp.sum(x**2)) for x in (g[:linear], g[linear:])]) for g in apart]
+    return jnp.stack(parts)
 
 
 def base_at(manoeuvre: Manoeuvre, rotation: Float[AnyArray, "3 3"], q: Float[Array, " n"]) -> Pose:
@@ -231,6 +255,7 @@ def _com(m: Manoeuvre, q: Float[Array, " n"]) -> Float[Array, "3"]:
 
 def _limit_excess(m: Manoeuvre, q: Float[Array, "t n"]) -> Float[Array, ""]:
     """Of the joints that follow: the others cannot leave their limits, but for rounding."""
+    q = jnp.concatenate([jnp.asarray(m.q_start, q.dtype)[None], q])
     beyond = jnp.maximum(q - m.robot.upper, m.robot.lower - q)[:, np.array(m.following)]
     return jnp.maximum(greatest(beyond.ravel()), 0.0)
 

@@ -2,7 +2,8 @@
 
 In: a `Manoeuvre` and the `Course` of a decision. Out: numbers, the less the better; `problem`
 makes of them what `search` minimises. The thesis' norms are those of signals sampled at 100 Hz,
-√Σ F²; here they are integrals of as many samples' worth, equal to 1e-6 (docs/space.md).
+√Σ F²; here they are integrals of as many samples' worth, equal to 1e-6 (docs/space.md). Costs of
+torques, energy and power are those of joints whose first hand carries the whole object.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -74,7 +75,8 @@ def _energy(m: Manoeuvre, c: Course) -> Float[Array, ""]:
 
 
 def _clearance(m: Manoeuvre, c: Course) -> Float[Array, ""]:
-    near = jax.vmap(lambda q: clearance(m.robot, m.capture, q))(c.motion.q)
+    q = _at_instants(m, c.motion.q)
+    near = jax.vmap(lambda q: clearance(m.robot, m.capture, q))(q)
     return -least(near)
 
 
@@ -166,10 +168,14 @@ def problem(
         leaves both hands where they are (elbows of arms with more joints than their hands need).
 
     Raises:
-      ValueError: a name that is no cost, or a cost that this robot does not have.
+      ValueError: a name that is no cost, a cost that this robot does not have, or a bound that is
+        not finite.
     """
     limits = dict(bounds or {})
     _check_names(manoeuvre, [*names, *limits])
+    for name, bound in limits.items():
+        if not np.isfinite(bound):
+            raise ValueError(f"`bounds` has {name!r}: {bound}: expected a finite number")
     total = not _OF_TOTAL.isdisjoint([*names, *limits])
     ways = jnp.asarray(self_motions(manoeuvre) if swing else np.zeros((manoeuvre.robot.dof, 0)))
     size = manoeuvre.size

@@ -57,7 +57,16 @@ def path(
       coefficients: of a decision, as of `course`.
       tau: shares of the duration.
       total: with the nodes' total wrench, see `node`.
+
+    Raises:
+      ValueError: shares that do not ascend within 0 and 1, or coefficients that are not finite.
     """
+    if not (np.all(np.diff(tau) > 0.0) and tau[0] >= 0.0 and tau[-1] <= 1.0):
+        raise ValueError(
+            f"`tau` must ascend from 0 to 1 at most; it goes from {tau[0]} to {tau[-1]}"
+        )
+    if not np.all(np.isfinite(coefficients)):
+        raise ValueError(f"`coefficients` {np.asarray(coefficients).tolist()} are not all finite")
     # it runs once: compiling it well would take longer than running it
     options = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
     on_cpu = jax.default_backend() == "cpu"

@@ -51,11 +51,12 @@ class PlanarSettings:
                 f"`link_inertia` is {self.link_inertia!r}: expected 'table' or 'physical'"
             )
         for name in ("base_mass", "base_side", "link_radius", "object_mass", "object_radius"):
-            if not getattr(self, name) > 0.0:
+            if not 0.0 < getattr(self, name) < np.inf:
                 raise ValueError(f"`{name}` is {getattr(self, name)}: expected more than zero")
         for name in ("link_mass", "link_length"):
-            if not min(getattr(self, name)) > 0.0:
-                raise ValueError(f"`{name}` is {getattr(self, name)}: expected more than zero")
+            of_links = getattr(self, name)
+            if len(of_links) != 3 or not 0.0 < min(of_links) <= max(of_links) < np.inf:
+                raise ValueError(f"`{name}` is {of_links}: expected three, each more than zero")
         if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
             raise ValueError(f"`lower` {self.lower} must lie below `upper` {self.upper}")
 

@@ -7,6 +7,8 @@ in advance, and a weak control on the joints' motion. Base, object and sensors s
 
 import dataclasses
 
+import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 from jaxtyping import Float
@@ -14,7 +16,7 @@ from numpy import ndarray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.space.manoeuvre import Manoeuvre
+from mjx_inertia.space.manoeuvre import CourseStatus, Manoeuvre, course
 from mjx_inertia.space.mjcf import HANDS, space_spec
 from mjx_inertia.space.path import Path, path
 from mjx_inertia.space.robot import entry
@@ -103,13 +105,19 @@ def replay(
 
     Raises:
       ValueError: joints that do not obey the grasp, which two hands on a rigid object cannot move,
-        or a simulation that diverges, with the time.
+        a course that is not OK, or a simulation that diverges, with the time.
     """
     m, s = manoeuvre, settings or ReplaySettings()
     if not m.consistent:
         raise ValueError(
             "`manoeuvre` moves all joints independently: its hands drift apart, and a rigid object "
             'holds them together; plan it with motion="consistent"'
+        )
+    status = jax.jit(lambda c: course(m, c, total=False).status)(jnp.asarray(coefficients))
+    if int(status) != CourseStatus.OK:
+        raise ValueError(
+            f"`coefficients` lead to a course whose status is {CourseStatus(int(status)).name}; "
+            "there is nothing to compare a simulation with"
         )
     tau = np.linspace(0.0, 1.0, s.knots + 1)
     wanted = path(m, coefficients, tau, total=False)

@@ -7,7 +7,7 @@ import nbformat
 import pytest
 
 ROOT = Path(__file__).parents[2]
-SLOW = ("01_objects", "03_grasp", "04_space")  # minutes of compilation
+SLOW = ("01_objects", "03_grasp")  # minutes of compilation
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 

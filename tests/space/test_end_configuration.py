@@ -20,7 +20,7 @@ from mjx_inertia.space import (
     planar_robot,
 )
 from mjx_inertia.space.default_manoeuvres import ELBOWS, START, TARGET
-from mjx_inertia.spatial import InertialParameters
+from mjx_inertia.spatial import InertialParameters, Pose
 
 ANGLES = np.linspace(-0.2, 0.2, 9)  # much further it is out of reach
 
@@ -125,6 +125,38 @@ def test_leading_joints_and_guesses_that_do_not_fit():
         plan(settings=ManoeuvreSettings(leading=(0, 1)))
     with pytest.raises(ValueError, match=r"`guess` has shape \(3,\)"):
         plan(guess=ELBOWS[:3])
+
+
+def tilted(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        (Pose(np.eye(3), np.array([0.0, 2.2, 0.5])), "not in the plane z = 0"),
+        (Pose(tilted(0.5), np.array([0.0, 2.2, 0.0])), "or turned out of it"),
+        (Pose(np.diag([1.0, -1.0, 1.0]), np.array([0.0, 2.2, 0.0])), "no rotation"),
+        (Pose(np.eye(3), np.array([np.nan, 2.2, 0.0])), "expected finite numbers"),
+    ],
+)
+def test_targets_that_are_no_poses_of_the_plane(target, words):
+    with pytest.raises(ValueError, match=words):
+        plan_manoeuvre(planar_robot(), planar_capture(), planar_pose(*START), target)
+
+
+def test_robots_that_cannot_be_planned_for():
+    robot, capture, pose = planar_robot(), planar_capture(), planar_pose(*START)
+    endless = robot.replace(upper=np.array([3.0, np.inf, 3.0, 3.0, 3.0, 3.0]))
+    with pytest.raises(ValueError, match="`robot` has no limits at 2r"):
+        plan_manoeuvre(endless, capture, pose, pose)
+    light = robot.replace(base=robot.base.replace(mass=np.asarray(-1.0)))
+    with pytest.raises(ValueError, match=r"`robot` has masses \[-1\.0"):
+        plan_manoeuvre(light, capture, pose, pose)
+    for wrong in ((5.0, 4.0), (5.0, 4.0, np.inf)):
+        with pytest.raises(ValueError, match="`link_mass` is"):
+            PlanarSettings(link_mass=wrong)
 
 
 def test_single_precision_is_refused():

@@ -133,6 +133,13 @@ def test_what_is_no_space_robot_is_refused_by_name(name, tmp_path):
     assert "robot.xml" in str(error.value)
 
 
+def test_hands_are_two(tmp_path):
+    file = tmp_path / "robot.xml"
+    file.write_text(FOREIGN)
+    with pytest.raises(ValueError, match="name two"):
+        load_space_robot(file, ("grip", "grip"))
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"nowhere\.xml"):
         load_space_robot(tmp_path / "nowhere.xml", HANDS)

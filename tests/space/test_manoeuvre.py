@@ -165,3 +165,44 @@ def test_a_decision_of_the_wrong_size(kind):
     m = KINDS[kind]()
     with pytest.raises(ValueError, match=rf"`coefficients` has shape \(5,\).*\({m.size},\)"):
         course(m, jnp.zeros(5))
+
+
+def test_ends_in_which_the_arms_do_not_hold_the_object():
+    """`follow` would close the chain; the ends as they are given count."""
+    m = planned.consistent()
+    apart = np.array([0.0, 0.0, 0.0, 0.1, -0.15, 0.1])
+    high = np.array(m.q_start)
+    high[3] = 3.2
+    changed = {
+        "q_start": m.q_start + apart,
+        "q_end": m.q_end + apart,
+        "beyond": high,
+    }
+
+    def status(q_start, q_end):
+        found = course(m.replace(q_start=q_start, q_end=q_end), jnp.zeros(m.size), total=False)
+        return found.status, found.closure, found.limit_excess
+
+    run = jax.jit(status)
+    assert run(m.q_start, m.q_end)[0] == CourseStatus.OK
+    for ends in ((changed["q_start"], m.q_end), (m.q_start, changed["q_end"])):
+        found, closure, _ = run(*ends)
+        assert found == CourseStatus.NOT_HELD and closure[0] > 0.05
+    assert run(changed["beyond"], m.q_end)[2] > 0.19
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"duration": -5.0}, r"`duration` is -5\.0 s"),
+        ({"leading": ()}, "`leading` is empty"),
+        ({"capture": "weightless"}, r"`capture` has a mass of 0\.0 kg"),
+    ],
+)
+def test_manoeuvres_that_were_not_planned(change, words):
+    m = planned.consistent()
+    if "capture" in change:
+        inertial = m.capture.inertial.replace(mass=np.zeros(()))
+        change = {"capture": m.capture.replace(inertial=inertial)}
+    with pytest.raises(ValueError, match=words):
+        course(m.replace(**change), jnp.zeros(m.size))

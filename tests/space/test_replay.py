@@ -12,6 +12,7 @@ from planned import consistent, printed
 from mjx_inertia.space import (
     ReplaySettings,
     disagreement,
+    path,
     replay,
     save_animation,
     servicer_manoeuvre,
@@ -71,6 +72,12 @@ def test_a_servicer_in_space_does_what_was_predicted():
 def test_what_cannot_be_replayed_is_refused():
     with pytest.raises(ValueError, match="hands drift apart"):
         replay(printed(), np.zeros(12), QUICK)
+    with pytest.raises(ValueError, match="status is NOT_HELD"):
+        replay(consistent(), np.full(6, 9.0), QUICK)
+    with pytest.raises(ValueError, match=r"`tau` must ascend .* from 0\.0 to 2\.0"):
+        path(consistent(), np.zeros(6), np.array([0.0, 2.0]))
+    with pytest.raises(ValueError, match="not all finite"):
+        path(consistent(), np.full(6, np.nan), np.array([0.0, 1.0]))
     with pytest.raises(ValueError, match=r"`weld_time` is 1\.0"):
         ReplaySettings(weld_time=1.0)
     with pytest.raises(ValueError, match="`stiffness` is -1"):

@@ -1,0 +1,48 @@
+"""`python -m mjx_inertia.space`: what it prints and writes, and what it refuses."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.long  # a process for each
+
+
+def command(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "mjx_inertia.space", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_command_searches_and_draws(tmp_path):
+    costs = ("--objectives", "object_force", "object_moment", "base_turn")
+    run = command("--generations", "3", "--out", str(tmp_path / "new"), "--no-arrive", *costs)
+    assert run.returncode == 0, run.stderr
+    assert "worst share of the straight quintic" in run.stdout and "base_turn_z" in run.stdout
+    names = {file.name for file in (tmp_path / "new").iterdir()}
+    assert names == {"front.npz", "front.svg", "parallel.svg", "path.svg", "manoeuvre.gif"}
+    with np.load(tmp_path / "new" / "front.npz") as front:
+        assert front["decisions"].shape[1] == 6 and front["costs"].shape[1] == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--objectives", "force", "force"], "expected each once"),
+        (["--seed", "99999999999999999999"], "expected a number from 0"),
+        (["--target", "0", "2.2", "0"], "nothing to do"),
+        (["--target", "0", "9", "0"], "out of reach, or not found"),
+        (["--mass", "0"], "`object_mass` is 0.0"),
+        (["--generations", "0"], "expected 1 or more"),
+        (["--link-inertia", "round"], "`link_inertia` is 'round'"),
+    ],
+)
+def test_errors_are_one_line(arguments, words, tmp_path):
+    run = command(*arguments, "--out", str(tmp_path / "out"))
+    assert run.returncode == 2
+    assert words in run.stderr and run.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
