@@ -244,8 +244,9 @@ def main(arguments: list[str]) -> None:
     def theirs(name: str, rival: Rival, seed: int) -> None:
         algorithm = MOEAD(weights, n_neighbors=20, prob_neighbor_mating=0.9)
         stop = ("n_gen", options.rival_generations)
-        result = minimize(Posed(rival), algorithm, stop, seed=seed)
-        made[name] = result.algorithm.evaluator.n_eval
+        done = minimize(Posed(rival), algorithm, stop, seed=seed).algorithm
+        assert done is not None
+        made[name] = done.evaluator.n_eval
 
     first = timed(go)
     batch = jnp.asarray(np.random.default_rng(1).uniform(-BOUND, BOUND, (20_000, 12)))

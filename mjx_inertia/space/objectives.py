@@ -68,6 +68,10 @@ def _power(m: Manoeuvre, c: Course) -> Float[Array, "t n"]:
     return _at_instants(m, c.nodes.torque * c.motion.qd)
 
 
+def _effort(m: Manoeuvre, c: Course) -> Float[Array, ""]:
+    return _sampled_norm(m, c.nodes.torque)
+
+
 def _energy(m: Manoeuvre, c: Course) -> Float[Array, ""]:
     """What drives that do not feed back take, J."""
     # the trapezoidal rule: at both ends nothing moves
@@ -101,7 +105,7 @@ OBJECTIVES: dict[str, Objective] = {
     "peak_moment": _peak("total_wrench", True),
     "peak_object_force": _peak("object_wrench", False),
     "peak_object_moment": _peak("object_wrench", True),
-    "effort": lambda m, c: _sampled_norm(m, c.nodes.torque),
+    "effort": _effort,
     "joint_energy": _energy,
     "peak_power": lambda m, c: greatest(jnp.abs(jnp.sum(_power(m, c), 1))),
     "singularity": lambda m, c: 1.0 / least(c.nodes.manipulability),

@@ -18,6 +18,7 @@ def command(*arguments):
     )
 
 
+@pytest.mark.slow  # the notebook of this package runs the same in the test line
 def test_the_command_searches_and_draws(tmp_path):
     costs = ("--objectives", "object_force", "object_moment", "base_turn")
     run = command("--generations", "3", "--out", str(tmp_path / "new"), "--no-arrive", *costs)
