@@ -34,6 +34,8 @@ from mjx_inertia.space.objectives import OBJECTIVES, THESIS, arriving, problem
 from mjx_inertia.space.path import path
 from mjx_inertia.space.planar_robot import PlanarSettings
 
+ALONE = StrategySettings(weights=1, population=20)  # CMA-ES on one cost
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Searches, prints a table, writes the figures; returns the exit status."""
@@ -58,20 +60,21 @@ def _run(given: argparse.Namespace) -> None:
     arrive = given.motion == "consistent" and not given.no_arrive
     start = time.perf_counter()
     posed = problem(m, given.objectives, arrive=arrive)
-    result = _searched(posed, given.generations, given.seed)
+    evaluate, key = jax.jit(posed.evaluate), jax.random.key(given.seed)
+    straight = np.asarray(evaluate(jnp.zeros(m.size)).costs)
+    result = _searched(posed, given.generations, key)
     decisions, costs = result.front()
-    if not len(costs):
-        raise ValueError(
-            f"none of {int(result.evaluations)} decisions holds the object all the way within the "
-            "joints' limits; give more --generations, another --target or --motion independent"
-        )
-    straight = np.asarray(jax.jit(posed.evaluate)(jnp.zeros(m.size)).costs)
     wish = np.where(straight > 0.0, straight, 1.0)
-    alone = StrategySettings(weights=1, population=20)
-    key = jax.random.key(given.seed)
-    aimed = evolution_strategies(toward(posed, wish), alone, given.generations, key=key)
-    best, share = (part[0] for part in aimed.front())
+    aimed = evolution_strategies(toward(posed, wish), ALONE, given.generations, key=key)
+    candidates, shares = aimed.front()
     evaluations, seconds = int(result.evaluations + aimed.evaluations), time.perf_counter() - start
+    if not len(costs) or not len(shares):
+        raise ValueError(
+            f"one of two searches ({evaluations} decisions) found none that holds the object all "
+            "the way within the joints' limits; give more --generations, another --target or "
+            "--motion independent"
+        )
+    best, share = candidates[0], shares[0]
     every = jax.jit(jax.vmap(problem(m, THESIS, arrive=arrive).evaluate))
     nine = np.asarray(every(jnp.asarray([np.zeros(m.size), best])).costs)
     print(
@@ -85,7 +88,7 @@ def _run(given: argparse.Namespace) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     decision = jnp.asarray(best)
     _draw(folder, arriving(m, decision) if arrive else m, decision)
-    reached = np.asarray(jax.jit(posed.evaluate)(decision).costs)
+    reached = np.asarray(evaluate(decision).costs)
     rows = np.concatenate([decisions, best[None]]), np.concatenate([costs, reached[None]])
     _write(folder, posed, rows, straight)
     print(f"figures: {folder}")
@@ -104,13 +107,11 @@ def _check(given: argparse.Namespace, folder: Path) -> None:
         raise ValueError("--start and --target are the same: there is nothing to do")
 
 
-def _searched(posed: Problem, generations: int, seed: int) -> SearchResult:
+def _searched(posed: Problem, generations: int, key: Array) -> SearchResult:
     """MOEA/D, or of one cost alone CMA-ES."""
-    key = jax.random.key(seed)
     if len(posed.cost_names) > 1:
         return moead(posed, MoeadSettings(), generations, key=key)
-    alone = StrategySettings(weights=1, population=20)
-    return evolution_strategies(posed, alone, generations, key=key)
+    return evolution_strategies(posed, ALONE, generations, key=key)
 
 
 def _table(straight: Float[ndarray, "9"], best: Float[ndarray, "9"]) -> str:
