@@ -22,6 +22,6 @@ assert len(jax.devices()) == 2 and len(result.front()[1]) > 10
 
 
 def test_strategies_on_two_devices_do_not_wait_for_each_other():
-    """CMA-ES decomposes a batch of matrices on both: in a pool of two threads they never ended."""
+    """CMA-ES decomposes a batch of matrices on both devices (see `tests/test_runtime.py`)."""
     run = subprocess.run([sys.executable, "-c", SEARCH], timeout=300, check=False)
     assert run.returncode == 0
