@@ -43,14 +43,17 @@ class Fit:
     known: Identifiability
 
 
-def _better(a: Search, b: Search) -> Search:
-    """Push by push the search that ended lower."""
-    wins = np.nan_to_num(b.cost, nan=np.inf) < np.nan_to_num(a.cost, nan=np.inf)
+def _with_better(found: Search, rows: np.ndarray, other: Search) -> Search:
+    """`found` with those of its rows replaced for which `other` ended lower."""
+    cost = np.nan_to_num(np.asarray(found.cost)[rows], nan=np.inf)
+    wins = np.nan_to_num(other.cost, nan=np.inf) < cost
 
-    def choose(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return np.where(wins.reshape(-1, *[1] * (x.ndim - 1)), y, x)
+    def replaced(whole: np.ndarray, new: np.ndarray) -> np.ndarray:
+        whole = np.array(whole)
+        whole[rows[wins]] = np.asarray(new)[wins]
+        return whole
 
-    return jax.tree.map(choose, a, b)
+    return jax.tree.map(replaced, found, other)
 
 
 def fit(
@@ -82,36 +85,37 @@ def fit(
     usable = np.bincount(body[np.asarray(observation.length) > 0], minlength=len(start)) > 0
 
     def run(z: np.ndarray, bodies: np.ndarray, seconds: float = np.inf) -> Search:
-        pushes = np.flatnonzero(np.isin(body, bodies))
-        seen, setups = jax.tree.map(lambda x: np.asarray(x)[pushes], (observation, setup))
-        place = np.searchsorted(bodies, body[pushes])
+        """A search from each start `z`; a body may occur more than once."""
+        pushes = [np.flatnonzero(body == b) for b in bodies]
+        place = np.repeat(np.arange(len(bodies)), [len(p) for p in pushes])
+        rows = np.concatenate(pushes)
+        seen, setups = jax.tree.map(lambda x: np.asarray(x)[rows], (observation, setup))
         window = {"body": place, "seconds": seconds, "report": report}
         return search(scene, z, seen, setups, centroid, settings, **window)
 
-    def again(found: Search, number: int, seconds: float, whole_push: bool) -> Search:
-        """Searches anew, from another start, what does not fit yet or, at last, stalled."""
-        settled = fits(found, observation, body, settings, seconds)
-        if whole_push:
-            settled &= found.converged
-        bad = np.flatnonzero(usable & ~settled)
-        if not len(bad):
-            return found
+    def drawn(bodies: np.ndarray, number: int) -> np.ndarray:
+        """Start `number` of each body, near its first one."""
         own = functools.partial(jax.random.fold_in, jax.random.fold_in(key, number))
-        keys = jax.vmap(own)(jnp.asarray(bad))
         near = functools.partial(draw, settings=settings)
-        drawn = np.asarray(jax.vmap(near)(keys, jnp.asarray(start)[bad]))
-        other = run(drawn, bad, settings.coarse)
-        other = run(np.asarray(other.z), bad) if whole_push else other
-        better = _better(jax.tree.map(lambda x: x[bad], found), other)
-        for whole, new in zip(jax.tree.leaves(found), jax.tree.leaves(better), strict=True):
-            whole[bad] = new
-        return found
+        return np.asarray(jax.vmap(near)(jax.vmap(own)(bodies), jnp.asarray(start)[bodies]))
 
-    everything = np.arange(len(start))
-    first = run(np.asarray(start), everything, settings.coarse)
-    for number in range(settings.draws):
-        first = again(first, number, settings.coarse, whole_push=False)
-    best = again(run(np.asarray(first.z), everything), settings.draws, np.inf, whole_push=True)
+    # 1. the first moments of all pushes
+    first = run(np.asarray(start), np.arange(len(start)), settings.coarse)
+    # 2. the same from further starts, all of them side by side, where these do not fit
+    bad = np.flatnonzero(usable & ~fits(first, observation, body, settings, settings.coarse))
+    if len(bad) and settings.draws:
+        starts = np.concatenate([drawn(bad, number) for number in range(settings.draws)])
+        tries = run(starts, np.tile(bad, settings.draws), settings.coarse)
+        for part in np.split(np.arange(len(starts)), settings.draws):
+            first = _with_better(first, bad, jax.tree.map(lambda x, part=part: x[part], tries))
+    # 3. whole pushes, from where that ended
+    best = run(np.asarray(first.z), np.arange(len(start)))
+    # 4. both once more, from one further start, where a fit is bad or stands at a kink
+    settled = fits(best, observation, body, settings) & best.converged
+    bad = np.flatnonzero(usable & ~settled)
+    if len(bad):
+        first = run(drawn(bad, settings.draws), bad, settings.coarse)
+        best = _with_better(best, bad, run(np.asarray(first.z), bad))
     walls = jax.vmap(functools.partial(wall_hessian, settings=settings))(jnp.asarray(best.z))
     fisher = best.hessian - np.eye(best.z.shape[1]) - np.asarray(walls)
     return Fit(

@@ -30,6 +30,7 @@ class Progress:
       z: best point so far.
       cost: there; infinite before the first step.
       hessian: Gauss-Newton Hessian there.
+      decrement: what a Newton step from the best point would gain by the linear model there.
       done: nothing that matters is left to gain.
       state: arrays of the solver.
     """
@@ -38,6 +39,7 @@ class Progress:
     z: Float[Array, " p"]
     cost: Float[Array, ""]
     hessian: Float[Array, "p p"]
+    decrement: Float[Array, ""]
     done: Bool[Array, ""]
     state: PyTree
 
@@ -73,6 +75,7 @@ def begin(z: Float[Array, " p"]) -> Progress:
         z=z,
         cost=jnp.full((), jnp.inf, z.dtype),
         hessian=jnp.eye(p, dtype=z.dtype),
+        decrement=jnp.full((), jnp.inf, z.dtype),
         done=jnp.array(False),
         state=eqx.filter(_initial(z, nothing), eqx.is_array),
     )
@@ -92,13 +95,14 @@ def step(progress: Progress, equations: NormalEquations) -> Progress:
     done, _ = _SOLVER.terminate(_function, z, state=state, **fixed)
     better = jnp.isinf(progress.cost) | (equations.cost < progress.cost)
     newton = jnp.linalg.solve(equations.hessian, equations.gradient)
-    sane = equations.cost < DIVERGED
-    at_minimum = better & sane & (0.5 * equations.gradient @ newton < _DECREMENT)
+    decrement = jnp.where(equations.cost < DIVERGED, 0.5 * equations.gradient @ newton, jnp.inf)
+    at_minimum = better & (decrement < _DECREMENT)
     return Progress(
         ask=state.y_eval,
         z=z,
         cost=jnp.where(better, equations.cost, progress.cost),
         hessian=jnp.where(better, equations.hessian, progress.hessian),
+        decrement=jnp.where(better, decrement, progress.decrement),
         done=done | at_minimum,
         state=eqx.filter(state, eqx.is_array),
     )

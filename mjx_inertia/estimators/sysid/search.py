@@ -21,6 +21,10 @@ from mjx_inertia.pushing import PushSetup, Scene
 from mjx_inertia.spatial import AnyArray
 
 _PATIENCE, _GAIN = 3, 0.01  # evaluations without this gain in cost end a search that fits
+_PATIENCE_ASTRAY = 8  # and one that does not: it seldom finds its way out later
+# Cost that a Newton step would gain: one of one standard deviation. A search that stalls with less
+# is at a minimum where the derivative jumps; with more it stands at a kink on the way.
+_KINK = 0.5
 
 _begin = jax.jit(jax.vmap(begin))
 _step = jax.jit(jax.vmap(step))
@@ -36,7 +40,7 @@ class Search:
       hessian: Gauss-Newton Hessian there, belief included.
       trace: cost of the best point after each iteration; the last one is repeated.
       iterations: evaluations of the simulation with its sensitivities.
-      converged: the last accepted step changed nothing that matters.
+      converged: at a minimum: nothing that matters is left to gain.
     """
 
     z: Float[AnyArray, "n p"]
@@ -80,7 +84,7 @@ def search(
     pushes = np.bincount(body[length > 0], minlength=n)
     progress = jax.tree.map(np.array, _begin(jnp.asarray(z)))
     trace = np.full((n, settings.iterations), np.inf)
-    iterations = np.zeros(n, np.int32)
+    iterations, converged = np.zeros(n, np.int32), np.zeros(n, bool)
     rows = np.flatnonzero(pushes > 0)
     for i in range(settings.iterations):
         if not len(rows):
@@ -97,6 +101,7 @@ def search(
         trace[:, i] = progress.cost
         stalled = np.zeros(n, bool) if i < _PATIENCE else _stalled(trace[:, i - _PATIENCE : i + 1])
         stalled &= fits(progress, observation, body, settings, seconds)
+        converged = progress.done | stalled & (progress.decrement < _KINK) | converged
         rows = rows[~(progress.done | stalled)[rows]]
         if report:
             cost = float(np.median(progress.cost))
@@ -108,7 +113,7 @@ def search(
         hessian=progress.hessian,
         trace=trace,
         iterations=iterations,
-        converged=progress.done,
+        converged=converged,
     )
 
 

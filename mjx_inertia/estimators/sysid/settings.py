@@ -103,7 +103,7 @@ class SysidSettings:
     draws: int = 3
     coarse: float = 0.6
     iterations: int = 20
-    block: int = 64
+    block: int = 32
     misfit: float = 1.05
     progress: bool = True
     identifiable: float = 0.3
