@@ -6,7 +6,7 @@ In: a scene, parameters and motions with a leading axis. Out: a `PushRecord` wit
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
@@ -74,16 +74,17 @@ def _take(tree: Any, index: np.ndarray) -> Any:
 
 def _simulate_block(
     scene: Scene, parameters: PushParameters, motion: Motion, pose: np.ndarray, segments: int
-) -> Sample:
-    """Signals of one block of pushes, numpy, (n, segments * SEGMENT, ...)."""
+) -> Iterator[Sample]:
+    """Signals of one block of pushes, segment by segment, (n, SEGMENT, ...)."""
     start, run, _, sharding = _programs(scene)
     parameters, motion, pose = jax.device_put((parameters, motion, pose), sharding)
     state = start(pose, motion.start)
-    parts = []
+    done = []
     for i in range(segments):
         state, sample = run(parameters, motion, state, jnp.int32(i * SEGMENT))
-        parts.append(sample)
-    return jax.tree.map(lambda *x: np.concatenate([np.asarray(p) for p in x], 1), *parts)
+        yield from done  # read while the devices are at the next one
+        done = [sample]
+    yield from done
 
 
 def simulate(
@@ -131,15 +132,17 @@ def simulate(
     for first in range(0, n, block):
         index = order[first : first + block]
         filled = np.pad(index, (0, block - len(index)), mode="edge")
+        inputs = _take(parameters, filled), _take(motion, filled), start[filled]
         segments = -(-int(planned[index].max()) // SEGMENT)
-        part = _simulate_block(
-            scene, _take(parameters, filled), _take(motion, filled), start[filled], segments
-        )
-        if signals is None:
-            signals = jax.tree.map(lambda x: np.zeros((n, longest, *x.shape[2:]), x.dtype), part)
-        width = min(longest, segments * SEGMENT)
-        for whole, piece in zip(jax.tree.leaves(signals), jax.tree.leaves(part), strict=True):
-            whole[index, :width] = piece[: len(index), :width]
+        for i, part in enumerate(_simulate_block(scene, *inputs, segments)):
+            if signals is None:
+                signals = jax.tree.map(
+                    lambda x: np.zeros((n, longest, *x.shape[2:]), x.dtype), part
+                )
+            times = slice(i * SEGMENT, min(longest, (i + 1) * SEGMENT))
+            width = times.stop - times.start
+            for whole, piece in zip(jax.tree.leaves(signals), jax.tree.leaves(part), strict=True):
+                whole[index, times] = np.asarray(piece)[: len(index), :width]
         if progress:
             progress(len(index))
     assert signals is not None
@@ -169,9 +172,11 @@ def _record(
 
 
 def _hold_last(record: PushRecord) -> PushRecord:
-    """Repeats the last valid sample beyond the length."""
+    """Repeats the last valid sample beyond the length, in place."""
     t = record.time.shape[1]
-    index = np.minimum(np.arange(t), np.maximum(record.length[:, None] - 1, 0))
-    rows = np.arange(len(index))[:, None]
-    names = Sample.__dataclass_fields__
-    return record.replace(**{name: getattr(record, name)[rows, index] for name in names})
+    rows = np.flatnonzero(record.length < t)
+    index = np.minimum(np.arange(t), np.maximum(record.length[rows, None] - 1, 0))
+    for name in Sample.__dataclass_fields__:
+        signal = getattr(record, name)
+        signal[rows] = signal[rows[:, None], index]
+    return record

@@ -37,11 +37,11 @@ def push_status(record: PushRecord, rate: float) -> Int[np.ndarray, " n"]:
     """Status of each simulated push; the gravest one where several apply."""
     valid = _valid(record)
     pose, force = np.asarray(record.pose), np.asarray(record.force)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         sane = np.isfinite(pose).all(-1) & np.isfinite(force).all(-1)
         sane &= (np.abs(pose[..., :2]) < FAR).all(-1) & (np.abs(force) < EXCESSIVE_FORCE).all(-1)
-        moved = np.hypot(*(pose[..., :2] - pose[:, :1, :2]).transpose(2, 0, 1))
-        moved = np.where(valid, moved, 0.0).max(1)
+        squared = np.square(pose[..., :2] - pose[:, :1, :2]).sum(-1)
+        moved = np.sqrt(np.where(valid, squared, 0.0).max(1))
     status = np.full(len(pose), int(PushStatus.OK), np.int32)
     status[_release(record, rate) < np.asarray(record.length)] = PushStatus.LOST_CONTACT
     status[moved < STILL] = PushStatus.NEVER_MOVED
