@@ -21,7 +21,7 @@ from mjx_inertia.estimators.sysid import (
     to_value,
     with_belief,
 )
-from mjx_inertia.estimators.sysid.levenberg_marquardt import begin, step
+from mjx_inertia.estimators.sysid.levenberg_marquardt import begin, is_minimum, step
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED, small_residual
 from mjx_inertia.estimators.sysid.observation import (
     WIDTH,
@@ -253,6 +253,20 @@ def test_a_linear_problem_needs_two_evaluations():
     progress, path, _ = run(lambda z: equations_of(lambda z: A @ z - b, z), np.zeros(4), most=12)
     np.testing.assert_allclose(progress.z, np.linalg.lstsq(A, b)[0], atol=0.03)
     assert bool(progress.done) and len(path) <= 4
+
+
+@pytest.mark.parametrize("slope", [0.3, 5.0])
+def test_a_search_stalls_at_a_kink_and_knows_how_much_it_may_still_gain(slope):
+    """The cost slope |z - 1|, with a curvature of one in the linear model."""
+
+    def evaluate(z):
+        side = jnp.where(z < 1.0, -slope, slope)
+        return NormalEquations(1.0 + slope * jnp.abs(z[0] - 1.0), side, jnp.eye(1))
+
+    progress, path, _ = run(evaluate, [1.0 - 1e-4], most=6)
+    assert not progress.done and path[0][1] - path[-1][1] < 1e-3
+    assert float(progress.decrement) == pytest.approx(0.5 * slope**2)
+    assert bool(is_minimum(progress)) == (slope < 1.0)
 
 
 # --- what a push can tell

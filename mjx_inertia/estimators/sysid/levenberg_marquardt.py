@@ -13,11 +13,14 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, PyTree
 
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED, NormalEquations, small_residual
+from mjx_inertia.spatial import AnyArray
 
 # In standard deviations of the beliefs, and of the residuals: below what a fit can tell.
 _ACCURACY = 1e-3
 # Cost that a Newton step would still gain: a step of 0.03 standard deviations of the answer.
 _DECREMENT = 5e-4
+# The same for a search that has stalled: a step of one standard deviation.
+_DECREMENT_AT_KINK = 0.5
 _SOLVER = optx.LevenbergMarquardt(rtol=_ACCURACY, atol=_ACCURACY)
 
 
@@ -106,3 +109,12 @@ def step(progress: Progress, equations: NormalEquations) -> Progress:
         done=done | at_minimum,
         state=eqx.filter(state, eqx.is_array),
     )
+
+
+def is_minimum(stalled: Progress) -> Bool[AnyArray, "*n"]:
+    """Whether searches that have stalled stand at a minimum where the derivative jumps.
+
+    There the linear model of the best point still promises a gain, but a small one. Where it
+    promises more, the search stands at a kink on the way to a lower cost.
+    """
+    return stalled.decrement < _DECREMENT_AT_KINK

@@ -13,7 +13,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.estimators.sysid.batch import equations_at
-from mjx_inertia.estimators.sysid.levenberg_marquardt import Progress, begin, step
+from mjx_inertia.estimators.sysid.levenberg_marquardt import Progress, begin, is_minimum, step
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED, NormalEquations, with_belief
 from mjx_inertia.estimators.sysid.observation import Observation
 from mjx_inertia.estimators.sysid.settings import SysidSettings
@@ -22,9 +22,6 @@ from mjx_inertia.spatial import AnyArray
 
 _PATIENCE, _GAIN = 3, 0.01  # evaluations without this gain in cost end a search that fits
 _PATIENCE_ASTRAY = 8  # and one that does not: it seldom finds its way out later
-# Cost that a Newton step would gain: one of one standard deviation. A search that stalls with less
-# is at a minimum where the derivative jumps; with more it stands at a kink on the way.
-_KINK = 0.5
 
 _begin = jax.jit(jax.vmap(begin))
 _step = jax.jit(jax.vmap(step))
@@ -101,7 +98,7 @@ def search(
         trace[:, i] = progress.cost
         stalled = np.zeros(n, bool) if i < _PATIENCE else _stalled(trace[:, i - _PATIENCE : i + 1])
         stalled &= fits(progress, observation, body, settings, seconds)
-        converged = progress.done | stalled & (progress.decrement < _KINK) | converged
+        converged = progress.done | stalled & is_minimum(progress) | converged
         rows = rows[~(progress.done | stalled)[rows]]
         if report:
             cost = float(np.median(progress.cost))
