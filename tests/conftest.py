@@ -1,20 +1,51 @@
-"""Shapes are checked at run time in tests only; compiled programs are kept between runs."""
+"""Shapes are checked at run time in tests only; programs are compiled in a hurry, kept on disk."""
 
+import gc
 import os
+import resource
 from pathlib import Path
 
+import jax
 import pytest
 from jaxtyping import install_import_hook
 from typecheck import checked_modules
 
 from mjx_inertia import runtime
 
+# Most programs of tests run once, on few numbers: compiling them costs more than running them.
+# LLVM's lowest level, none of its expensive passes, and loops that XLA writes for LLVM itself
+# rather than through MLIR compile up to five times faster; such a program runs slower, so
+# simulations keep the level that they ask for (`runtime.compiler_options`).
+QUICK_COMPILATION = (
+    "--xla_backend_optimization_level=0",
+    "--xla_llvm_disable_expensive_passes=true",
+    "--xla_cpu_use_fusion_emitters=false",
+)
+ENOUGH_MEMORY = 1_200_000  # KiB, of a worker
+
 install_import_hook(checked_modules(), "typecheck.check")
 
 
 def pytest_configure() -> None:
     """One host device: the tests of sharding start their own processes."""
+    # before XLA starts, here and in the processes that tests start; what a user sets comes last
+    os.environ["XLA_FLAGS"] = " ".join([*QUICK_COMPILATION, os.environ.get("XLA_FLAGS", "")])
     runtime.configure(devices=1)
+
+
+def pytest_collection_finish() -> None:
+    """What is imported stays: the garbage collector need not look at it after each file."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def programs_of_one_file():
+    """Compiled programs are let go between files once they begin to fill the memory."""
+    yield
+    if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > ENOUGH_MEMORY:
+        jax.clear_caches()
+        gc.collect()
 
 
 @pytest.fixture(scope="session")

@@ -105,11 +105,17 @@ def pushes():
     ), truth
 
 
-def test_intervals_are_honest_under_noise(pushes):
-    records, truth = pushes
-    rows = examples_of(records, truth)
+@pytest.fixture(scope="module")
+def found(pushes):
+    """Rows of all pushes, what is learnt from them, and the estimate."""
+    rows = examples_of(*pushes)
     fitted = limit_surface().fit(rows, key=jax.random.key(0))
-    estimate = limit_surface().predict(fitted, rows)
+    return rows, fitted, limit_surface().predict(fitted, rows)
+
+
+def test_intervals_are_honest_under_noise(pushes, found):
+    _, truth = pushes
+    *_, estimate = found
     assert (np.asarray(estimate.status) == EstimateStatus.OK).all()
     covariance = np.asarray(estimate.covariance)[:, 2:, 2:]
     assert (np.linalg.eigvalsh(covariance) > 0).all()
@@ -121,16 +127,13 @@ def test_intervals_are_honest_under_noise(pushes):
     assert np.median(np.abs(error)) < 5e-4
 
 
-def test_what_cannot_be_told_has_infinite_variance(pushes):
-    records, truth = pushes
-    rows = examples_of(records, truth)
-    fitted = limit_surface().fit(rows, key=jax.random.key(0))
-    estimate = limit_surface().predict(fitted, rows)
+def test_what_cannot_be_told_has_infinite_variance(found):
+    _, fitted, estimate = found
     covariance = np.asarray(estimate.covariance)
     assert np.isinf(covariance[:, [0, 1], [0, 1]]).all()
     np.testing.assert_array_equal(covariance[:, 0, 1:], 0)
     np.testing.assert_allclose(
-        estimate.mean[:, :2], np.tile(fitted.mean[:2], (len(truth), 1)), rtol=1e-6
+        estimate.mean[:, :2], np.tile(fitted.mean[:2], (len(covariance), 1)), rtol=1e-6
     )
 
 
@@ -146,7 +149,7 @@ def test_friction_tells_mass():
 def test_a_push_that_does_not_turn_leaves_the_depth_open():
     record = quasi_static_push(jnp.array([0.07, 0.0]), 0.05, 8.0, jnp.array([0.03, 0.0]))
     settings = LimitSurfaceSettings()
-    fit = limit_surface_fit(record, jnp.array([0.05, 0.02]), settings)
+    fit = jax.jit(lambda r: limit_surface_fit(r, jnp.array([0.05, 0.02]), settings))(record)
     spread = np.sqrt(np.diag(fit.covariance))
     assert fit.ok
     assert spread[0] > 0.9 * settings.com_reach
@@ -155,15 +158,13 @@ def test_a_push_that_does_not_turn_leaves_the_depth_open():
     assert float(fit.com[0]) == pytest.approx(0.05, abs=1e-3)
 
 
-def test_behaves_as_every_estimator_does(pushes, tmp_path):
+def test_behaves_as_every_estimator_does(pushes, found, tmp_path):
     records, truth = pushes
-    rows = examples_of(records, truth)
+    rows, fitted, first = found
     estimator = limit_surface()
-    fitted = estimator.fit(rows, key=jax.random.key(0))
     save_fitted(tmp_path / "fitted.npz", fitted)
     again = load_fitted(tmp_path / "fitted.npz")
-    first, second = estimator.predict(fitted, rows), estimator.predict(again, rows)
-    np.testing.assert_array_equal(first.mean, second.mean)
+    np.testing.assert_array_equal(first.mean, estimator.predict(again, rows).mean)
 
     status = records.status.at[1].set(PushStatus.DIVERGED)
     bad = records.replace(status=status, force=records.force.at[2, 100].set(jnp.nan))

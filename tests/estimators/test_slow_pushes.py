@@ -16,7 +16,7 @@ ROWS = 400  # of each set: a hundred would do
 
 def com_of(sets):
     guess = WrenchTwistGuess(jnp.zeros(2))
-    fit = jax.vmap(com_from_wrench_twist, in_axes=(0, 0, 0, None))
+    fit = jax.jit(jax.vmap(com_from_wrench_twist, in_axes=(0, 0, 0, None)))
     loads, twists = (
         jnp.asarray([getattr(s, name)[:ROWS] for s in sets], jnp.float32)
         for name in ("load", "twist")

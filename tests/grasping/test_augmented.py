@@ -1,7 +1,5 @@
 """A held object is a body welded to the hand: against Pinocchio, C MuJoCo and Khatib's laws."""
 
-from functools import partial
-
 import jax
 import jax.numpy as jnp
 import jaxlie
@@ -28,12 +26,10 @@ from mjx_inertia.robots import (
     jacobian_rate_product,
     mass_matrix,
 )
-from mjx_inertia.runtime import compiler_options
 from mjx_inertia.spatial import InertialParameters, combine
 
 COUNT = 300
 ARM = baxter()
-jitted = partial(jax.jit, compiler_options=compiler_options())
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +54,7 @@ def held():
         return states, payload, T_hand_obj, evaluated(states, payload, T_hand_obj)
 
 
-@jitted
+@jax.jit
 def evaluated(states, payload, T_hand_obj):
     def one(state, payload, T_hand_obj):
         q, qd, qdd = state
@@ -234,7 +230,7 @@ def test_derivatives_in_payload_grasp_and_state(held):
     along = jax.tree.map(lambda x: jnp.asarray(rng.normal(size=x.shape)), at)
     spin = along[1].inertia
     along = (along[0], along[1].replace(inertia=spin + spin.T), along[2])
-    value, slope = jitted(cost), jitted(jax.grad(cost, argnums=(0, 1, 2)))(*at)
+    value, slope = jax.jit(cost), jax.jit(jax.grad(cost, argnums=(0, 1, 2)))(*at)
     pairs = zip(jax.tree.leaves(slope), jax.tree.leaves(along), strict=True)
     reverse = sum(jnp.vdot(a, b) for a, b in pairs)
 

@@ -1,7 +1,5 @@
 """All that the library says of an arm at many states, by one program for all arms of a shape."""
 
-from functools import partial
-
 import jax
 import jax.numpy as jnp
 from reference_models import Dynamics
@@ -16,7 +14,6 @@ from mjx_inertia.robots import (
     link_poses,
     mass_matrix,
 )
-from mjx_inertia.runtime import compiler_options
 
 
 def dynamics(arm, states):
@@ -26,7 +23,7 @@ def dynamics(arm, states):
     return Dynamics(**quantities), more
 
 
-@partial(jax.jit, compiler_options=compiler_options())
+@jax.jit
 def _dynamics(arm, q, qd, qdd):
     def one(q, qd, qdd):
         hand, torque = hand_pose(arm, q), inverse_dynamics(arm, q, qd, qdd)

@@ -6,7 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.long  # a process for each
+from mjx_inertia import runtime
+from mjx_inertia.space.__main__ import main
 
 
 def command(*arguments):
@@ -42,8 +43,17 @@ def test_the_command_searches_and_draws(tmp_path):
         (["--link-inertia", "round"], "`link_inertia` is 'round'"),
     ],
 )
-def test_errors_are_one_line(arguments, words, tmp_path):
-    run = command(*arguments, "--out", str(tmp_path / "out"))
-    assert run.returncode == 2
-    assert words in run.stderr and run.stderr.count("\n") == 1
+def test_errors_are_one_line(arguments, words, tmp_path, capsys, monkeypatch):
+    # devices and precision are those of this process already
+    monkeypatch.setattr(runtime, "configure", lambda **settings: None)
+    assert main([*arguments, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert words in error and error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.long  # a process
+def test_the_process_ends_with_that_line(tmp_path):
+    run = command("--generations", "0", "--out", str(tmp_path / "out"))
+    assert run.returncode == 2
+    assert "expected 1 or more" in run.stderr and run.stderr.count("\n") == 1
