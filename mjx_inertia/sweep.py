@@ -5,7 +5,7 @@ pushes that it has not seen, and writes `results.csv` and a self-contained `repo
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,7 @@ from mjx_inertia.evaluation import (
     write_report,
     write_results,
 )
-from mjx_inertia.features import Examples, concatenate, examples, take
+from mjx_inertia.features import Examples, concatenate, examples, families_of, take
 from mjx_inertia.pushing import PushRecord, PushStatus
 from mjx_inertia.settings import CONFIGS, SweepSettings, from_config, register_defaults
 
@@ -94,9 +94,23 @@ def _some_of(records: PushRecord, count: int = 4) -> PushRecord:
     return jax.tree.map(lambda x: np.asarray(x)[chosen], records)
 
 
+def _feature_set(choice: Any) -> str:
+    return getattr(choice, "features", None) or "onset"
+
+
+def _widest(name: str, sets: Iterable[str]) -> str:
+    """Of some feature sets one that holds all of a set."""
+    return next((wide for wide in sorted(sets) if name in families_of(wide)), name)
+
+
 def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Examples], PushRecord]:
-    """Features of all pushes in one pass, one table for each feature set in use."""
-    sets = {getattr(s, "features", None) or "onset" for s in settings.estimators.values()}
+    """Features of all pushes in one pass, one table for each feature set in use.
+
+    Sets that are part of another in use share its table.
+    """
+    sets = {_feature_set(s) for s in settings.estimators.values()}
+    wider = {name: _widest(name, sets) for name in sets}
+    sets = set(wider.values())
     parts: dict[str, list[Examples]] = {name: [] for name in sorted(sets)}
     keep = any(ESTIMATORS[name].signals for name in settings.estimators)
     shown: PushRecord | None = None
@@ -112,7 +126,8 @@ def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Example
                 rows.append(part)
             bar.update(len(batch.truth.mass))
     assert shown is not None
-    return {name: concatenate(rows) for name, rows in parts.items()}, shown
+    tables = {name: concatenate(rows) for name, rows in parts.items()}
+    return {name: tables[wide] for name, wide in wider.items()}, shown
 
 
 def evaluate(
@@ -123,7 +138,7 @@ def evaluate(
     for split in source.splits:
         for name, choice in settings.estimators.items():
             estimator = ESTIMATORS[name].factory(choice)
-            table = tables[getattr(choice, "features", None) or "onset"]
+            table = tables[_feature_set(choice)]
             estimates = []
             for fold, (train, test) in enumerate(split.folds):
                 key = jax.random.fold_in(jax.random.key(settings.seed), fold)

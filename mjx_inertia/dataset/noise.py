@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray, UInt
 
-from mjx_inertia.pushing import PushRecord
+from mjx_inertia.pushing import PushRecord, first_samples, with_few_lengths
 from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
 
 
@@ -59,10 +59,14 @@ def _noisy(key: PRNGKeyArray, record: PushRecord, noise: SensorNoise) -> PushRec
     the CoM, would give the CoM away. Positions are measured from where the push began: an error in
     proportion to the distance from the world's origin would be none of a sensor's.
     """
-    keys = iter(jax.random.split(key, 8))
+    # One loop draws for all signals: eight draws written out take eight times as long to compile.
+    # A signal takes the first numbers of its key's, which do not depend on how many are drawn.
+    most, dtype = record.force.size, record.force.dtype
+    keys = jax.random.split(key, 8)
+    drawn = iter(jax.lax.map(lambda key: jax.random.normal(key, (most,), dtype), keys))
 
     def measured(x: Float[AnyArray, "..."], floor: float) -> Float[Array, "..."]:
-        error = jax.random.normal(next(keys), x.shape, x.dtype)
+        error = next(drawn)[: x.size].reshape(x.shape)
         return jnp.asarray(x) + noise.sigma(x, floor) * error
 
     def displaced(x: Float[AnyArray, "t d"], floor: float) -> Float[Array, "t d"]:
@@ -90,9 +94,8 @@ def _noisy(key: PRNGKeyArray, record: PushRecord, noise: SensorNoise) -> PushRec
     )
 
 
-@functools.partial(jax.jit, static_argnames="noise")
 def add_noise(
-    records: PushRecord, index: UInt[Array, " n"], noise: SensorNoise, *, key: PRNGKeyArray
+    records: PushRecord, index: UInt[AnyArray, " n"], noise: SensorNoise, *, key: PRNGKeyArray
 ) -> PushRecord:
     """Adds sensor noise to many pushes.
 
@@ -105,6 +108,14 @@ def add_noise(
     Returns:
       The noisy records.
     """
+    noisy = _add_noise(with_few_lengths(records), index, noise, key=key)
+    return first_samples(noisy, records.time.shape[1])
+
+
+@functools.partial(jax.jit, static_argnames="noise")
+def _add_noise(
+    records: PushRecord, index: UInt[Array, " n"], noise: SensorNoise, *, key: PRNGKeyArray
+) -> PushRecord:
     keys = jax.vmap(functools.partial(jax.random.fold_in, key))(index)
     return jax.vmap(functools.partial(_noisy, noise=noise))(
         keys, jax.tree.map(jnp.asarray, records)

@@ -2,7 +2,7 @@
 
 In: `Examples`. Out: `FittedBoosted`, `Estimate`. Each target has trees of its own: trees with
 vector leaves (`multi_output_tree`) took longer and were less accurate on mass and CoM (a little
-better on I_zz).
+better on I_zz). A few rounds choose the columns of each target; the trees to come see only these.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from mjx_inertia.estimators.training import (
     training_table,
 )
 from mjx_inertia.estimators.trees import TreeEnsemble, sum_over_trees
-from mjx_inertia.estimators.xgboost_trees import Job, join, train
+from mjx_inertia.estimators.xgboost_trees import ColumnSearch, Job, join, train
 from mjx_inertia.features import Examples, select
 
 # Mass and I_zz are products of powers of what is measured; the CoM is none.
@@ -39,8 +39,13 @@ class BoostedSettings:
     Attributes:
       rounds: boosting rounds, each one tree per target.
       depth: levels of splits in a tree.
+      least_rows: pushes in a leaf.
       learning_rate: shrinkage of each tree.
-      column_fraction: share of the features that a tree may look at.
+      columns: features of the most gain that the trees of a target may look at.
+      search_rounds: rounds on all features, that find out which gain most.
+      search_depth: levels of splits of the trees of these rounds.
+      column_fraction: share of the chosen features that a tree may look at; the search takes 0.7 of
+        that share of all features.
       row_fraction: share of the pushes that a tree sees.
       bins: of the histogram of a feature.
       held_out_fraction: share of the objects left out of the fit; the errors on them give the
@@ -49,10 +54,14 @@ class BoostedSettings:
       progress: a bar on stderr, if that is a terminal.
     """
 
-    rounds: int = 400
-    depth: int = 8
-    learning_rate: float = 0.08
-    column_fraction: float = 0.35
+    rounds: int = 200
+    depth: int = 7
+    least_rows: float = 3.0
+    learning_rate: float = 0.1
+    columns: int = 60
+    search_rounds: int = 8
+    search_depth: int = 6
+    column_fraction: float = 0.5
     row_fraction: float = 0.8
     bins: int = 64
     held_out_fraction: float = 0.1
@@ -94,6 +103,7 @@ def fit_boosted(settings: BoostedSettings, examples: Examples, *, key: KeyArray)
         [Job(target, (seed + number) % 2**31) for number, target in enumerate(left[~aside].T)],
         {
             "max_depth": settings.depth,
+            "min_child_weight": settings.least_rows,
             "learning_rate": settings.learning_rate,
             "colsample_bytree": settings.column_fraction,
             "subsample": settings.row_fraction,
@@ -101,6 +111,15 @@ def fit_boosted(settings: BoostedSettings, examples: Examples, *, key: KeyArray)
         },
         settings.rounds,
         "boosted trees" if settings.progress else None,
+        ColumnSearch(
+            settings.columns,
+            settings.search_rounds,
+            {
+                "max_depth": settings.search_depth,
+                "learning_rate": 1.5 * settings.learning_rate,
+                "colsample_bytree": 0.7 * settings.column_fraction,
+            },
+        ),
     )
     trees = join(parts, axis=0)
     error = left[aside] - np.asarray(sum_over_trees(trees, rows[aside]))

@@ -1,6 +1,13 @@
 """A push as a vector with named entries."""
 
-from mjx_inertia.features.examples import Examples, columns_of_set, concatenate, select, take
+from mjx_inertia.features.examples import (
+    Examples,
+    columns_of_set,
+    concatenate,
+    families_of,
+    select,
+    take,
+)
 from mjx_inertia.features.extract import FEATURE_SETS, examples, extract, feature_names
 from mjx_inertia.features.signals import FeatureSettings
 
@@ -12,6 +19,7 @@ __all__ = [
     "concatenate",
     "examples",
     "extract",
+    "families_of",
     "feature_names",
     "select",
     "take",

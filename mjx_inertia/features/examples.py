@@ -70,6 +70,11 @@ def concatenate(parts: Sequence[Examples]) -> Examples:
 _FAMILIES = {"onset": ("windows", "onset")}
 
 
+def families_of(feature_set: str) -> tuple[str, ...]:
+    """The sets whose columns a set holds, itself among them."""
+    return _FAMILIES.get(feature_set, (feature_set,))
+
+
 def columns_of_set(columns: tuple[str, ...], feature_set: str | None) -> tuple[str, ...]:
     """The columns that belong to `feature_set` ("windows" takes `windows/...`); None takes all.
 
@@ -80,7 +85,7 @@ def columns_of_set(columns: tuple[str, ...], feature_set: str | None) -> tuple[s
     """
     if feature_set is None:
         return columns
-    families = _FAMILIES.get(feature_set, (feature_set,))
+    families = families_of(feature_set)
     chosen = tuple(name for name in columns if name.split("/")[0] in families)
     if not chosen:
         present = sorted({name.split("/")[0] for name in columns})

@@ -20,9 +20,10 @@ from mjx_inertia.features.series import series, series_names
 from mjx_inertia.features.signals import FeatureSettings, Signals, signals
 from mjx_inertia.features.windows import windows, windows_names
 from mjx_inertia.objects import ObjectModel
-from mjx_inertia.pushing import PushRecord, PushStatus
+from mjx_inertia.pushing import PushRecord, PushStatus, with_few_lengths
+from mjx_inertia.spatial import AnyArray
 
-_BLOCK = 256  # pushes in flight: bounds memory at about 100 MB for pushes of 1,500 samples
+_MOST = 256  # pushes in flight: bounds memory at about 100 MB for pushes of 1,500 samples
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,14 @@ def feature_names(feature_set: str, settings: FeatureSettings = DEFAULT) -> tupl
     return _lookup(feature_set).names(settings)
 
 
-@partial(jax.jit, static_argnames=("feature_set", "settings"))
 def _rows(
+    records: PushRecord, feature_set: str, settings: FeatureSettings
+) -> tuple[Float[Array, "n d"], Bool[Array, " n"]]:
+    return _rows_of_length(with_few_lengths(records), feature_set, settings)
+
+
+@partial(jax.jit, static_argnames=("feature_set", "settings"))
+def _rows_of_length(
     records: PushRecord, feature_set: str, settings: FeatureSettings
 ) -> tuple[Float[Array, "n d"], Bool[Array, " n"]]:
     compute = FEATURE_SETS[feature_set].compute
@@ -71,7 +78,19 @@ def _rows(
         push = signals(record, settings)
         return jnp.where(push.usable, compute(push), 0.0), push.usable
 
-    return jax.lax.map(one, records, batch_size=_BLOCK)
+    # Blocks of one size: what is left over would be compiled once more.
+    count = len(records.status)
+    blocks = max(1, -(-count // _MOST))
+    size = -(-count // blocks)
+    short = blocks * size - count
+
+    def split(x: AnyArray) -> Array:
+        x = jnp.asarray(x)
+        whole = jnp.pad(x, ((0, short), *((0, 0),) * (x.ndim - 1)), mode="edge") if short else x
+        return whole.reshape(blocks, size, *x.shape[1:])
+
+    found = jax.lax.map(jax.vmap(one), jax.tree.map(split, records))
+    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:count], found)
 
 
 def extract(

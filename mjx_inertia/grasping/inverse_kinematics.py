@@ -33,7 +33,8 @@ class ReachSettings:
 
     Attributes:
       starts: joint positions from which the search for the first pose sets out.
-      iterations: of each search.
+      iterations: of each search for the first pose.
+      later_iterations: from there on, from each pose to the next; these are not damped.
       damping: of the search, relative to the size of J Jᵀ.
       centring: share of the way to the middle of the limits that the redundant joints go in one
         iteration.
@@ -45,6 +46,7 @@ class ReachSettings:
 
     starts: int = 8
     iterations: int = 30
+    later_iterations: int = 10
     damping: float = 1e-3
     centring: float = 0.1
     position_tolerance: float = 1e-5
@@ -89,7 +91,7 @@ def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
     count = settings.iterations
     shares = jnp.where(jnp.arange(count) < 0.8 * count, 1.0, 0.0)
 
-    def at(q: Array, stop: Pose, share: Array) -> tuple[Array, Array]:
+    def at(q: Array, stop: Pose, shares: Array) -> tuple[Array, Array]:
         def iteration(q: Array, share: Array) -> tuple[Array, None]:
             error = pose_error(stop, hand_pose(arm, q))
             away = settings.centring * share * (middle - q)
@@ -99,19 +101,18 @@ def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
             step = _least_squares(rows, left, settings.damping * share + _TINY)
             return jnp.clip(q + away + step, low, high), None
 
-        q, _ = jax.lax.scan(iteration, q, (share * shares).astype(q.dtype))
+        q, _ = jax.lax.scan(iteration, q, shares.astype(q.dtype))
         size = jnp.sum((pose_error(stop, hand_pose(arm, q)) / _scale(q.dtype)) ** 2)
         margin = jnp.min(1.0 - jnp.abs(q - middle) / half)
         return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
 
     def search(q: Float[Array, " n"]) -> tuple[Array, Array]:
-        def visit(q: Array, to: tuple[Pose, Array]) -> tuple[Array, tuple[Array, Array]]:
-            q, score = at(q, *to)
-            return q, (q, score)
+        def visit(q: Array, to: Pose) -> tuple[Array, Array]:
+            return at(q, to, jnp.zeros(settings.later_iterations))
 
-        first = jnp.zeros(len(stops.translation)).at[0].set(1.0)
-        _, (found, scores) = jax.lax.scan(visit, q, (stops, first))
-        return found[0], jnp.min(scores)
+        found, score = at(q, jax.tree.map(lambda x: x[0], stops), shares)
+        _, scores = jax.lax.scan(visit, found, jax.tree.map(lambda x: x[1:], stops))
+        return found, jnp.minimum(score, jnp.min(scores, initial=jnp.inf))
 
     sites = qmc.Halton(arm.dof, scramble=False).random(settings.starts + 1)[1:]
     starts = jnp.asarray(low + sites * (high - low), stops.translation.dtype)

@@ -10,7 +10,12 @@ from mjx_inertia.pushing.parameters import (
     with_parameters,
 )
 from mjx_inertia.pushing.plan_view import first_contact, plan_polygons, stack_polygons
-from mjx_inertia.pushing.record import PushRecord, PushStatus
+from mjx_inertia.pushing.record import (
+    PushRecord,
+    PushStatus,
+    first_samples,
+    with_few_lengths,
+)
 from mjx_inertia.pushing.scene import Scene, build_scene, build_spec
 from mjx_inertia.pushing.settings import SceneSettings
 from mjx_inertia.pushing.setup import PushSetup, measured_motion
@@ -30,6 +35,7 @@ __all__ = [
     "build_spec",
     "differentiable_step",
     "first_contact",
+    "first_samples",
     "measured_motion",
     "object_parameters",
     "plan_polygons",
@@ -37,5 +43,6 @@ __all__ = [
     "resting_height",
     "simulate",
     "stack_polygons",
+    "with_few_lengths",
     "with_parameters",
 ]

@@ -4,7 +4,10 @@ In: signals of a simulation or of a file. Out: `PushRecord`, without any truth i
 """
 
 import enum
+from functools import partial
 
+import jax
+import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Float, Int
 
@@ -55,3 +58,33 @@ class PushRecord:
     contact_normal: Float[AnyArray, "*n 2"]
     length: Int[AnyArray, "*n"]
     status: Int[AnyArray, "*n"]
+
+
+_LEAST_SAMPLES = 96
+_SERIES = ("time", "force", "moment", "pose", "twist", "tip_position", "tip_velocity")
+
+
+def with_few_lengths(records: PushRecord) -> PushRecord:
+    """Records of n pushes, continued to 96, 384, 1,536, ... samples by repeating the last one.
+
+    A function that is compiled for every number of samples is then compiled for few of them.
+    """
+    wanted = _LEAST_SAMPLES
+    while wanted < records.time.shape[1]:
+        wanted *= 4
+    return _with_samples(records, wanted)
+
+
+@partial(jax.jit, static_argnames="count")
+def _with_samples(records: PushRecord, count: int) -> PushRecord:
+    def continued(x: jax.Array) -> jax.Array:
+        more = ((0, 0), (0, count - x.shape[1]), *((0, 0),) * (x.ndim - 2))
+        return jnp.pad(x, more, mode="edge")
+
+    return records.replace(**{name: continued(getattr(records, name)) for name in _SERIES})
+
+
+@partial(jax.jit, static_argnames="count")
+def first_samples(records: PushRecord, count: int) -> PushRecord:
+    """The first samples of the records of n pushes; `length` is at most `count`."""
+    return records.replace(**{name: getattr(records, name)[:, :count] for name in _SERIES})

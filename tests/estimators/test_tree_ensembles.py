@@ -10,7 +10,7 @@ from estimators.problem import problem
 from mjx_inertia.estimators.boosted import BoostedSettings, boosted
 from mjx_inertia.estimators.forest import ForestSettings, forest_moments, grow
 from mjx_inertia.estimators.trees import _sum_of_block, readable_tree, sum_over_trees, with_products
-from mjx_inertia.estimators.xgboost_trees import Job, ensemble_of, train
+from mjx_inertia.estimators.xgboost_trees import ColumnSearch, Job, ensemble_of, train
 
 
 def table(seed, number=3000, outputs=4):
@@ -113,6 +113,25 @@ def test_prediction_compiles_once_for_a_shape():
     assert _sum_of_block._cache_size() == 1
     sum_over_trees(trees, jnp.asarray(x), statistic=with_products)
     assert _sum_of_block._cache_size() == 2
+
+
+def test_a_search_keeps_the_columns_that_matter():
+    x, y = table(8)
+    target = y[:, 1]  # of columns 1, 5 and 3
+    parameters = {"max_bin": 32, "max_depth": 4, "learning_rate": 0.3}
+    search = ColumnSearch(3, 10, {"max_depth": 3})
+    (trees,) = train(x, [Job(target, 0)], parameters, 40, None, search)
+    splits = np.asarray(trees.feature)[np.isfinite(np.asarray(trees.threshold))]
+    assert set(splits.tolist()) == {1, 3, 5}
+    left = target - np.asarray(sum_over_trees(trees, jnp.asarray(x)))[:, 0]
+    assert left.std() < 0.2 * target.std()
+
+
+def test_a_target_that_does_not_vary_is_learnt_from_any_column():
+    x, _ = table(9, 300)
+    search = ColumnSearch(3, 2, {})
+    (trees,) = train(x, [Job(np.zeros(300), 0)], {"max_bin": 16, "max_depth": 2}, 2, None, search)
+    assert not np.asarray(sum_over_trees(trees, jnp.asarray(x))).any()
 
 
 def test_trees_deeper_than_said_are_refused():

@@ -19,7 +19,7 @@ from mjx_inertia.features import (
     select,
     take,
 )
-from mjx_inertia.features.extract import _rows
+from mjx_inertia.features.extract import _rows_of_length
 from mjx_inertia.features.onset import EDGES, HORIZONS
 from mjx_inertia.pushing import PushStatus
 
@@ -230,12 +230,26 @@ def test_columns_are_named_once_and_as_many_as_features():
 
 
 def test_compiles_once_for_a_shape_and_a_set():
-    _rows.clear_cache()
+    _rows_of_length.clear_cache()
     for seed in range(3):
         extract(on_device(random_records(seed, 5, 20)), "moments")
-    assert _rows._cache_size() == 1
+    assert _rows_of_length._cache_size() == 1
     extract(on_device(random_records(0, 6, 20)), "moments")
-    assert _rows._cache_size() == 2
+    assert _rows_of_length._cache_size() == 2
+
+
+def test_records_of_many_lengths_share_a_program_and_padding_changes_nothing():
+    records = random_records(3, 5, 60)
+    longer = jax.tree.map(
+        lambda x: (
+            np.concatenate([x, np.repeat(x[:, -1:], 25, 1)], 1) if x.shape[1:2] == (60,) else x
+        ),
+        records,
+    )
+    _rows_of_length.clear_cache()
+    want, got = features(records, "onset"), features(longer, "onset")
+    assert _rows_of_length._cache_size() == 1
+    np.testing.assert_array_equal(got, want)
 
 
 def test_no_record_gives_no_row():
