@@ -26,7 +26,7 @@ from mjx_inertia.spatial import AnyArray
 
 SEGMENT = 125  # samples: the four speeds of the data take 2, 3, 6 and 12 segments
 # Pushes: on a CPU large enough to vectorise and small enough for the cache.
-BLOCK_PER_DEVICE = {"cpu": 1000}
+BLOCK_PER_DEVICE = {"cpu": 500}
 _BLOCK_ON_ACCELERATOR = 16_384
 
 _GRAIN = 50  # pushes; fewer take no less time
