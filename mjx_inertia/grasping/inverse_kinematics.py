@@ -78,7 +78,8 @@ def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
 
     Damped least squares from several starts, within the limits, while the redundant joints move
     towards the middle of their ranges; from there on to the other poses by the shortest way. Of
-    what arrives everywhere, that which stays farthest from its limits.
+    what arrives everywhere, that which stays farthest from its limits. The starts are compared in
+    single precision; the search from the best of them is repeated in the precision of `stops`.
 
     Args:
       arm: the arm.
@@ -86,38 +87,60 @@ def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
       settings: of the search.
     """
     low, high = _finite_limits(arm)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
     # centring stops before the end, so that the pose is met to the last digit
     count = settings.iterations
     shares = jnp.where(jnp.arange(count) < 0.8 * count, 1.0, 0.0)
+    towards = functools.partial(_search, arm, settings=settings)
 
-    def at(q: Array, stop: Pose, shares: Array) -> tuple[Array, Array]:
-        def iteration(q: Array, share: Array) -> tuple[Array, None]:
-            error = pose_error(stop, hand_pose(arm, q))
-            away = settings.centring * share * (middle - q)
-            rows = _scaled_rows(arm, q)
-            # what the way to the middle does to the hand is taken back with its error
-            left = error / _scale(q.dtype) - _times(rows, away)
-            step = _least_squares(rows, left, settings.damping * share + _TINY)
-            return jnp.clip(q + away + step, low, high), None
+    single = jax.tree.map(lambda x: jax.lax.stop_gradient(x).astype(jnp.float32), stops)
 
-        q, _ = jax.lax.scan(iteration, q, shares.astype(q.dtype))
-        size = jnp.sum((pose_error(stop, hand_pose(arm, q)) / _scale(q.dtype)) ** 2)
-        margin = jnp.min(1.0 - jnp.abs(q - middle) / half)
-        return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
-
-    def search(q: Float[Array, " n"]) -> tuple[Array, Array]:
+    def score(q: Float[Array, " n"]) -> tuple[Float[Array, ""], Float[Array, " n"]]:
         def visit(q: Array, to: Pose) -> tuple[Array, Array]:
-            return at(q, to, jnp.zeros(settings.later_iterations))
+            return towards(q, to, jnp.zeros(settings.later_iterations))
 
-        found, score = at(q, jax.tree.map(lambda x: x[0], stops), shares)
-        _, scores = jax.lax.scan(visit, found, jax.tree.map(lambda x: x[1:], stops))
-        return found, jnp.minimum(score, jnp.min(scores, initial=jnp.inf))
+        found, first = towards(q, jax.tree.map(lambda x: x[0], single), shares)
+        _, later = jax.lax.scan(visit, found, jax.tree.map(lambda x: x[1:], single))
+        return jnp.minimum(first, jnp.min(later, initial=jnp.inf)), found
 
     sites = qmc.Halton(arm.dof, scramble=False).random(settings.starts + 1)[1:]
     starts = jnp.asarray(low + sites * (high - low), stops.translation.dtype)
-    found, score = jax.vmap(search)(starts)
-    return found[jnp.argmax(jnp.where(jnp.isfinite(score), score, -jnp.inf))]
+    scores, found = jax.vmap(score)(starts.astype(jnp.float32))
+    best = jnp.argmax(jnp.where(jnp.isfinite(scores), scores, -jnp.inf))
+    stop = jax.tree.map(lambda x: x[0], stops)
+    q, own = towards(starts[best], stop, shares)
+    # a search that rounding sends elsewhere ends where the one in single precision did
+    near = jnp.clip(jax.lax.stop_gradient(found[best]).astype(q.dtype), low, high)
+    return jnp.where(own > -1.0, q, near)
+
+
+def _search(
+    arm: Arm,
+    q: Float[Array, " n"],
+    stop: Pose,
+    shares: Float[Array, " i"],
+    settings: ReachSettings,
+) -> tuple[Float[Array, " n"], Float[Array, ""]]:
+    """Where damped least squares end, and how far from the limits, as a share of the half range.
+
+    `shares` says for each iteration how much damping and centring it has. An end that is not at
+    the pose has a score below -1.
+    """
+    low, high = (x.astype(q.dtype) for x in _finite_limits(arm))
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+
+    def iteration(q: Array, share: Array) -> tuple[Array, None]:
+        error = pose_error(stop, hand_pose(arm, q))
+        away = settings.centring * share * (middle - q)
+        rows = _scaled_rows(arm, q)
+        # what the way to the middle does to the hand is taken back with its error
+        left = error / _scale(q.dtype) - _times(rows, away)
+        step = _least_squares(rows, left, settings.damping * share + _TINY)
+        return jnp.clip(q + away + step, low, high), None
+
+    q, _ = jax.lax.scan(iteration, q, shares.astype(q.dtype))
+    size = jnp.sum((pose_error(stop, hand_pose(arm, q)) / _scale(q.dtype)) ** 2)
+    margin = jnp.min(1.0 - jnp.abs(q - middle) / half)
+    return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
 
 
 def follow(
@@ -144,9 +167,9 @@ def follow(
         return _joint_slope(arm, q, hand(number, s)[1])
 
     def step(
-        carry: tuple[Array, Array, Array], to: tuple[Array, Array]
-    ) -> tuple[tuple[Array, Array, Array], tuple[Array, ...]]:
-        (q, number, s), (next_number, next_s) = carry, to
+        carry: tuple[Array, Array, Array, Array], to: tuple[Array, Array]
+    ) -> tuple[tuple[Array, Array, Array, Array], tuple[Array, ...]]:
+        (q, first, number, s), (next_number, next_s) = carry, to
         h = jnp.where(next_number == number, next_s - s, 0.0)
 
         def stage(carry: tuple[Array, Array], now: tuple[Array, Array]) -> tuple:
@@ -154,9 +177,9 @@ def follow(
             slope = speed(number, s + ahead * h, q + ahead * h * slope)
             return (slope, total + weight * slope), None
 
-        zero = jnp.zeros_like(q)
-        stages = jnp.array([0.0, 0.5, 0.5, 1.0]), jnp.array([1.0, 2.0, 2.0, 1.0]) / 6.0
-        (_, mean), _ = jax.lax.scan(stage, (zero, zero), stages)
+        # the first stage is the slope at the last waypoint, which is known
+        stages = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
+        (_, mean), _ = jax.lax.scan(stage, (first, first / 6.0), stages)
         place, xi, bend_xi = hand(next_number, next_s)
         q = q + h * mean
         q = q + _joint_slope(arm, q, pose_error(place, hand_pose(arm, q)))
@@ -165,9 +188,11 @@ def follow(
         _, bend = jax.jvp(functools.partial(_joint_slope, arm), (q, xi), (slope, bend_xi))
         error = pose_error(place, hand_pose(arm, q))
         sizes = jnp.stack([jnp.linalg.norm(error[:3]), jnp.linalg.norm(error[3:])])
-        return (q, next_number, next_s), (q, slope, bend, sizes, conditioning(arm, q))
+        carry = q, slope, next_number, next_s
+        return carry, (q, slope, bend, sizes, conditioning(arm, q))
 
-    _, found = jax.lax.scan(step, (q, move[0], s[0]), (move, s))
+    # the first waypoint is where the path begins: a step of no length, whatever its slope
+    _, found = jax.lax.scan(step, (q, jnp.zeros_like(q), move[0], s[0]), (move, s))
     return JointPath(*found)
 
 
