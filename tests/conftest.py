@@ -1,4 +1,4 @@
-"""Shapes are checked at run time in tests only; programs are compiled in a hurry, kept on disk."""
+"""Shapes are checked at run time in tests only; programs compile quickly and are kept on disk."""
 
 import gc
 import os
@@ -41,7 +41,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def programs_of_one_file():
-    """Compiled programs are let go between files once they begin to fill the memory."""
+    """Compiled programs are dropped between files once they begin to fill the memory."""
     yield
     if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > ENOUGH_MEMORY:
         jax.clear_caches()
