@@ -21,6 +21,8 @@ QUICK_COMPILATION = (
     "--xla_llvm_disable_expensive_passes=true",
     "--xla_cpu_use_fusion_emitters=false",
 )
+# Few tests, but long ones: they start first, so that no worker is left alone with them at the end.
+FIRST = ("pipeline", "test_checks.py", "space", "grasping")
 ENOUGH_MEMORY = 1_200_000  # KiB, of a worker
 
 install_import_hook(checked_modules(), "typecheck.check")
@@ -31,6 +33,17 @@ def pytest_configure() -> None:
     # before XLA starts, here and in the processes that tests start; what a user sets comes last
     os.environ["XLA_FLAGS"] = " ".join([*QUICK_COMPILATION, os.environ.get("XLA_FLAGS", "")])
     runtime.configure(devices=1)
+    # small programs as well: both workers and later files take them from disk
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Long files first; the tests of a file stay together."""
+
+    def place(item: pytest.Item) -> int:
+        return min((i for i, name in enumerate(FIRST) if name in item.path.parts), default=9)
+
+    items.sort(key=place)
 
 
 def pytest_collection_finish() -> None:
