@@ -21,7 +21,6 @@ from mjx_inertia.pushing import PushSetup, Scene
 from mjx_inertia.spatial import AnyArray
 
 _PATIENCE, _GAIN = 3, 0.01  # evaluations without this gain in cost end a search that fits
-_PATIENCE_ASTRAY = 8  # and one that does not: it seldom finds its way out later
 
 _begin = jax.jit(jax.vmap(begin))
 _step = jax.jit(jax.vmap(step))
