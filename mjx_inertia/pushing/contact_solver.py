@@ -1,9 +1,9 @@
 """Newton's method for MuJoCo's contact problem, fast for a batch of small scenes, with gradients.
 
 The same minimum as `mjx.solve`, found in another form: every 6 x 6 operation is written out (see
-`contact_problem.py`), iteration stops when the whole batch is done (most steps need two, the first
-touch some eight), and degrees of freedom with a prescribed motion are known rather than given a
-huge inertia.
+`contact_problem.py`), iteration stops when the whole batch is done (a push in sustained contact
+needs one or two steps, the first touch up to ten), and degrees of freedom with a prescribed motion
+are known rather than given a huge inertia.
 
 The iterations are not differentiated: the minimiser a(θ) satisfies r(a; θ) = 0 with r the gradient
 of the cost, so its derivative along θ' is -H⁻¹ ∂r/∂θ θ' with H the Hessian at a (implicit function
@@ -20,7 +20,7 @@ from typing import cast
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.pushing.contact_problem import (
     TINY,
@@ -37,9 +37,18 @@ from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.small_linalg import Vector, cholesky_solve, dot, matvec
 from mjx_inertia.spatial.computed_once import computed_once
 
-# Newton's method squares this error in its last step. A looser one in float64 would leave more
-# noise in the values than finite differences and the steps of an identification can bear.
-TOLERANCE = {"float32": 1e-3, "float64": 1e-9}
+# Of the unconstrained acceleration, in the norm of the mass matrix. A looser one in float64 would
+# leave more noise than finite differences and identification bear.
+TOLERANCE = {"float32": 1e-5, "float64": 1e-9}
+# Newton's method squares its relative error in the last step, so an error of ten tolerances before
+# it is small enough, unless the step crosses a kink: then the slope at its end is not small.
+_DECREMENT_BEFORE_LAST = 100.0
+# A line search ends where the slope of the cost is this share of the slope at its start. A search
+# that is cut off before can send Newton's method to and fro between two points of one line.
+_SLOPE_LEFT = 0.1
+# Where Newton's method leaves the bracket: the cost is steep near the start and flat beyond it, so
+# the minimum is nearer to the lower end.
+_SHARE_OF_BRACKET = 0.25
 
 
 @dataclass(frozen=True)
@@ -101,35 +110,65 @@ def _line_search(
     step: Vector,
     slope: Array,
     curvature: Array,
+    decrement: Array,
+    enough: Array,
     steps: int,
-) -> Array:
-    """Newton's method, kept inside a bracket, on the derivative of the cost along `step`.
+) -> tuple[Array, Array]:
+    """Newton's method, kept inside a bracket, on the slope of the cost along `step`.
 
-    `slope` and `curvature` are those of the smooth part at a.
+    `slope` and `curvature` are those of the smooth part at a, `decrement` is minus the slope of the
+    whole cost there. A slope whose own decrement would be below `enough` is small enough.
+
+    Returns:
+      The length, and the slope there.
     """
     lines = [_line(c, a, step) for c in constraints]
-    length = jnp.ones_like(slope)
-    low, high = jnp.zeros_like(slope), jnp.full_like(slope, jnp.inf)
-    for _ in range(steps):
+
+    def derivatives(length: Array) -> tuple[Array, Array]:
         first, second = slope + length * curvature, curvature
         for line in lines:
             d1, d2 = line.derivatives(length)
             first, second = first + d1, second + d2
+        return first, second
+
+    def unfinished(state: tuple[Array, ...]) -> Array:
+        count, _, _, _, first, _ = state
+        far = jnp.abs(first) > _SLOPE_LEFT * decrement
+        return (count < steps) & far & _remains(first, decrement, enough)
+
+    def body(state: tuple[Array, ...]) -> tuple[Array, ...]:
+        count, length, low, high, first, second = state
         low, high = jnp.where(first < 0, length, low), jnp.where(first < 0, high, length)
         newton = length - first / second
-        middle = jnp.where(jnp.isfinite(high), 0.5 * (low + high), 2.0 * length)
-        length = jnp.where((newton > low) & (newton < high), newton, middle)
-    return length
+        middle = jnp.where(jnp.isfinite(high), low + _SHARE_OF_BRACKET * (high - low), 2.0 * length)
+        length = jnp.where((newton >= low) & (newton <= high), newton, middle)
+        return count + 1, length, low, high, *derivatives(length)
+
+    one = jnp.ones_like(slope)
+    start = (jnp.int32(0), one, 0.0 * one, jnp.inf * one, *derivatives(one))
+    _, length, _, _, first, _ = jax.lax.while_loop(unfinished, body, start)
+    return length, first
 
 
-def _newton_step(problem: ContactProblem, a: Vector, line_search: int) -> tuple[list[Array], Array]:
-    """The next iterate, and the Newton decrement (J/s² kg) at the last one."""
+def _remains(slope: Array, decrement: Array, enough: Array) -> Bool[Array, ""]:
+    """Whether a slope along a step of a given decrement is worth another step; not if it is NaN."""
+    return slope * slope > enough * jnp.maximum(decrement, enough)
+
+
+def _newton_step(
+    problem: ContactProblem, a: Vector, line_search: int, enough: Array
+) -> tuple[list[Array], Bool[Array, ""]]:
+    """The next iterate, and whether its Newton decrement may still be above `enough`."""
     total, hessian = gradient_and_hessian(problem, a)
-    step = cholesky_solve(hessian, [-g for g in total])
+    step = [computed_once(s) for s in cholesky_solve(hessian, [-g for g in total])]
     slope = dot(step, smooth_gradient(problem, a))
     curvature = dot(step, matvec(problem.mass, step))
-    length = _line_search(problem.constraints, a, step, slope, curvature, line_search)
-    return [x + length * s for x, s in zip(a, step, strict=True)], -dot(step, total)
+    decrement = -dot(step, total)
+    length, left = _line_search(
+        problem.constraints, a, step, slope, curvature, decrement, enough, line_search
+    )
+    far = (decrement > _DECREMENT_BEFORE_LAST * enough) | _remains(left, decrement, enough)
+    return [x + length * s for x, s in zip(a, step, strict=True)], far
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(2, 3))
@@ -142,20 +181,20 @@ def minimiser(
       problem: of one scene.
       start: where Newton's method begins; without effect on value and derivative.
       iterations: at most.
-      line_search: evaluations along each Newton step.
+      line_search: evaluations along each Newton step at most.
     """
     scale = dot(problem.smooth, cholesky_solve(problem.mass, problem.smooth))
     enough = TOLERANCE[scale.dtype.name] ** 2 * scale
 
     def unfinished(state: tuple[Int[Array, ""], Vector, Array]) -> Array:
-        count, _, decrement = state
-        return (count < iterations) & (decrement > enough)
+        count, _, far = state
+        return (count < iterations) & far
 
     def body(state: tuple[Int[Array, ""], Vector, Array]) -> tuple[Array, Vector, Array]:
         count, a, _ = state
-        return count + 1, *_newton_step(problem, a, line_search)
+        return count + 1, *_newton_step(problem, a, line_search, enough)
 
-    _, a, _ = jax.lax.while_loop(unfinished, body, (jnp.int32(0), start, jnp.inf * scale))
+    _, a, _ = jax.lax.while_loop(unfinished, body, (jnp.int32(0), start, scale >= 0.0))
     return list(a)
 
 
@@ -177,7 +216,7 @@ def solve(
     smooth: Float[Array, " nv"],
     prescribed: tuple[int, ...] = (),
     iterations: int = 20,
-    line_search: int = 5,
+    line_search: int = 20,
 ) -> mjx.Data:
     """Solves the contact problem of one scene.
 
@@ -188,7 +227,7 @@ def solve(
       prescribed: degrees of freedom that move at constant velocity whatever acts on them.
       iterations: Newton steps at most; they end when the last one came from an acceleration that
         was off by less than `TOLERANCE` of the unconstrained one (in the norm of the mass matrix).
-      line_search: evaluations along each.
+      line_search: evaluations along each at most.
 
     Returns:
       The data with `qacc` (0 where prescribed), `qfrc_constraint` and `_impl.efc_force`.

@@ -28,7 +28,7 @@ _INTEGRATORS = {
 
 
 def differentiable_step(
-    model: mjx.Model, data: mjx.Data, iterations: int = 100, line_search: int = 10
+    model: mjx.Model, data: mjx.Data, iterations: int = 100, line_search: int = 30
 ) -> mjx.Data:
     """Advances a scene by one time step, like `mjx.step` with a converged solver.
 
@@ -36,7 +36,7 @@ def differentiable_step(
       model: with `cone="elliptic"` and the integrator Euler or implicitfast.
       data: its state.
       iterations: Newton steps of the constraint solver at most; they end when it has converged.
-      line_search: evaluations along each.
+      line_search: evaluations along each at most.
 
     Raises:
       ValueError: for another cone or integrator, or for friction loss in joints or tendons.

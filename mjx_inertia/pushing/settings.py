@@ -32,8 +32,8 @@ TIP_MASS = 1e6  # kg
 # touches.
 CLEARANCE = 1e-5  # m
 MAX_TIMESTEP = 0.005  # s; end poses equal those of 1 ms to 1 mm and 0.5 degrees (tested)
-SOLVER_ITERATIONS = 50  # at most; two do in sustained contact, the first touch takes up to some 40
-LINE_SEARCH = 5  # with three, one push in fifty has a step that does not converge
+SOLVER_ITERATIONS = 50  # at most; one does in sustained contact, the first touch takes up to ten
+LINE_SEARCH = 20  # at most; nearly always the first will do
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class SceneSettings:
       tip_height: of its centre above the table, m; limited to half the object's height.
       pads: feet along each side (table `pads`).
       solver_iterations: Newton steps a time step, at most.
-      line_search: evaluations along each Newton step.
+      line_search: evaluations along each Newton step, at most.
     """
 
     table: Table = "limit_surface"

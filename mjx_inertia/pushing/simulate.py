@@ -26,7 +26,7 @@ from mjx_inertia.spatial import AnyArray
 
 SEGMENT = 125  # samples: the four speeds of the data take 2, 3, 6 and 12 segments
 # Pushes: on a CPU large enough to vectorise and small enough for the cache.
-BLOCK_PER_DEVICE = {"cpu": 500}
+BLOCK_PER_DEVICE = {"cpu": 600}
 _BLOCK_ON_ACCELERATOR = 16_384
 
 _GRAIN = 50  # pushes; fewer take no less time
@@ -125,7 +125,8 @@ def simulate(
     planned = np.ceil(np.round(np.asarray(motion.duration) * rate, 3)).astype(int)
     devices = _programs(scene)[2]
     most = BLOCK_PER_DEVICE.get(jax.default_backend(), _BLOCK_ON_ACCELERATOR)
-    block = devices * _rounded(min(most, -(-n // devices)))
+    blocks = -(-n // (devices * most))  # all of one size
+    block = devices * _rounded(-(-n // (devices * blocks)))
     longest = int(planned.max())
     signals: Sample | None = None
     order = np.argsort(planned, kind="stable")

@@ -55,6 +55,33 @@ def test_same_trajectory_and_force_as_c_mujoco(scene_of, table, count):
         assert np.linalg.norm(record.force[i, :n].mean(axis=0) - mean) < 0.01 * np.linalg.norm(mean)
 
 
+def test_push_whose_newton_steps_are_nearly_all_too_long(scene_of):
+    """From 10 ms on, the minimum along a Newton step is at 1 to 2 % of the step.
+
+    A line search of five evaluations ends elsewhere, and its push 3 mm beside that of C MuJoCo.
+    """
+    edge = 2 / 15
+    parameters = cubes(1, seed=0).replace(
+        mass=np.array([2.6315790]),
+        inertia=np.full((1, 3), 2.6315790 * edge**2 / 6),
+        com=np.array([[0.0, 0.0, edge / 2]]),
+        half_extents=np.full((1, 3), edge / 2),
+        friction=np.array([0.2]),
+        friction_radius=np.array([0.051013048]),
+        tip_friction=np.array([0.43107148]),
+        tip_time_constant=np.array([0.01871606]),
+    )
+    motion = straight(parameters, 0.0, 0.02, 2.5, np.arcsin(4 / 27))
+    scene = scene_of("limit_surface")
+    record = push(scene, parameters, motion)
+    truth = oracle(scene, parameters, motion, 0, int(record.length[0]))
+    error = np.abs(record.pose[0] - truth[:, 2:]).max(axis=0)
+    assert error[:2].max() < 1e-5
+    assert error[2] < 1e-4
+    force = np.linalg.norm(record.force[0] - truth[:, :2], axis=1)
+    assert force.max() < 0.01 * np.linalg.norm(truth[:, :2].mean(axis=0))
+
+
 @pytest.mark.parametrize("table", ["limit_surface", "corners", "pads"])
 def test_derived_fields_equal_those_of_a_recompiled_model(scene_of, table):
     """Mass, inertia, CoM and size leave no field of the model behind."""
