@@ -17,12 +17,26 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from scipy.stats import qmc
 
-from mjx_inertia.robots import Arm, hand_jacobian, hand_pose
+from mjx_inertia.robots import Arm
+from mjx_inertia.robots.recursions import Frame, Row, hand_columns, hand_frame, link_frames, row
 from mjx_inertia.spatial import Pose
-from mjx_inertia.spatial.components import components, once, stacked
+from mjx_inertia.spatial.components import (
+    Component,
+    Vec3,
+    components,
+    dot,
+    multiply,
+    once,
+    scale,
+    stacked,
+    subtract,
+    transpose,
+    turn_axis,
+)
 from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower, solve_upper
 
 HandPath = Callable[[Int[Array, ""], Float[Array, ""]], tuple[Pose, Array, Array]]
+Rows = list[Row]  # of the Jacobian, translations over `_LENGTH`
 _LENGTH = 0.1  # m that count as much as a radian in what is minimised and damped
 _TINY = 1e-12  # keeps a singular configuration finite; its conditioning tells
 
@@ -125,21 +139,28 @@ def _search(
     `shares` says for each iteration how much damping and centring it has. An end that is not at
     the pose has a score below -1.
     """
-    low, high = (x.astype(q.dtype) for x in _finite_limits(arm))
+    low, high = _finite_limits(arm)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    ranges = np.stack([middle, low, high], 1).tolist()  # numbers of no precision of their own
+    wanted = Frame(components(stop.rotation), components(stop.translation))
 
-    def iteration(q: Array, share: Array) -> tuple[Array, None]:
-        error = pose_error(stop, hand_pose(arm, q))
-        away = settings.centring * share * (middle - q)
-        rows = _scaled_rows(arm, q)
+    def iteration(q: Row, share: Array) -> tuple[Row, None]:
+        hand, rows = _hand(arm, q)
+        away = once(
+            [settings.centring * share * (m - x) for x, (m, _, _) in zip(q, ranges, strict=True)]
+        )
         # what the way to the middle does to the hand is taken back with its error
-        left = error / _scale(q.dtype) - _times(rows, away)
+        error = zip(_scaled(pose_error(wanted, hand)), rows, strict=True)
+        left = once([e - inner(row, away) for e, row in error])
         step = _least_squares(rows, left, settings.damping * share + _TINY)
-        return jnp.clip(q + away + step, low, high), None
+        moved = (x + a + d for x, a, d in zip(q, away, step, strict=True))
+        ends = (limits[1:] for limits in ranges)
+        return once(tuple(jnp.clip(x, *end) for x, end in zip(moved, ends, strict=True))), None
 
-    q, _ = jax.lax.scan(iteration, q, shares.astype(q.dtype))
-    size = jnp.sum((pose_error(stop, hand_pose(arm, q)) / _scale(q.dtype)) ** 2)
-    margin = jnp.min(1.0 - jnp.abs(q - middle) / half)
+    found, _ = jax.lax.scan(iteration, row(q), shares.astype(q.dtype))
+    size = sum(e * e for e in _scaled(pose_error(wanted, _hand(arm, found)[0])))
+    q = stacked(found, q.dtype)
+    margin = jnp.min(1.0 - jnp.abs(q - middle.astype(q.dtype)) / half.astype(q.dtype))
     return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
 
 
@@ -163,93 +184,105 @@ def follow(
       s: of each waypoint.
     """
 
-    def speed(number: Array, s: Array, q: Array) -> Array:
-        return _joint_slope(arm, q, hand(number, s)[1])
-
     def step(
-        carry: tuple[Array, Array, Array, Array], to: tuple[Array, Array]
-    ) -> tuple[tuple[Array, Array, Array, Array], tuple[Array, ...]]:
+        carry: tuple[Row, Row, Array, Array], to: tuple[Array, Array]
+    ) -> tuple[tuple[Row, Row, Array, Array], tuple[Array, ...]]:
         (q, first, number, s), (next_number, next_s) = carry, to
         h = jnp.where(next_number == number, next_s - s, 0.0)
 
-        def stage(carry: tuple[Array, Array], now: tuple[Array, Array]) -> tuple:
+        def stage(carry: tuple[Row, Row], now: tuple[Array, Array]) -> tuple:
             (slope, total), (ahead, weight) = carry, now
-            slope = speed(number, s + ahead * h, q + ahead * h * slope)
-            return (slope, total + weight * slope), None
+            twist = _scaled(components(hand(number, s + ahead * h)[1]))
+            slope = _joint_slope(arm, _along(q, ahead * h, slope), twist)
+            return (slope, _along(total, weight, slope)), None
 
         # the first stage is the slope at the last waypoint, which is known
         stages = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
-        (_, mean), _ = jax.lax.scan(stage, (first, first / 6.0), stages)
+        total = tuple(once(x / 6.0) for x in first)
+        (_, mean), _ = jax.lax.scan(stage, (first, total), stages)
         place, xi, bend_xi = hand(next_number, next_s)
-        q = q + h * mean
-        q = q + _joint_slope(arm, q, pose_error(place, hand_pose(arm, q)))
-        slope = _joint_slope(arm, q, xi)
+        wanted = Frame(components(place.rotation), components(place.translation))
+        q = _along(q, h, mean)
+        found, rows = _hand(arm, q)
+        error = _scaled(pose_error(wanted, found))
+        q = _along(q, 1.0, _least_squares(rows, error, _TINY))
+        twist, change = _scaled(components(xi)), _scaled(components(bend_xi))
         # d/ds of Jᵀ (J Jᵀ)⁻¹ ξ, along q' itself
-        _, bend = jax.jvp(functools.partial(_joint_slope, arm), (q, xi), (slope, bend_xi))
-        error = pose_error(place, hand_pose(arm, q))
+        slope = _joint_slope(arm, q, twist)
+        _, bend = jax.jvp(functools.partial(_joint_slope, arm), (q, twist), (slope, change))
+        found, rows = _hand(arm, q)
+        error = stacked(pose_error(wanted, found), xi.dtype)
         sizes = jnp.stack([jnp.linalg.norm(error[:3]), jnp.linalg.norm(error[3:])])
-        carry = q, slope, next_number, next_s
-        return carry, (q, slope, bend, sizes, conditioning(arm, q))
+        arrays = (stacked(x, xi.dtype) for x in (q, slope, bend))
+        return (q, slope, next_number, next_s), (*arrays, sizes, _conditioning(rows))
 
     # the first waypoint is where the path begins: a step of no length, whatever its slope
-    _, found = jax.lax.scan(step, (q, jnp.zeros_like(q), move[0], s[0]), (move, s))
+    still = row(jnp.zeros_like(q))
+    _, found = jax.lax.scan(step, (row(q), still, move[0], s[0]), (move, s))
     return JointPath(*found)
 
 
-def pose_error(wanted: Pose, found: Pose) -> Float[Array, "6"]:
+def pose_error(wanted: Frame, found: Frame) -> Row:
     """How the hand must move, m and rotation vector (rad), world axes; exact for small turns."""
-    relative = (wanted.rotation[:, None, :] * found.rotation[None, :, :]).sum(-1)
+    relative = multiply(wanted.rotation, transpose(found.rotation))
     # sin(θ) times the axis; atan2 keeps the angle exact where the sine is small
-    axis = 0.5 * jnp.stack(
-        [
-            relative[2, 1] - relative[1, 2],
-            relative[0, 2] - relative[2, 0],
-            relative[1, 0] - relative[0, 1],
-        ]
-    )
-    sine = jnp.sqrt(jnp.maximum(jnp.sum(axis**2), 1e-30))
-    angle = jnp.arctan2(sine, 0.5 * (jnp.trace(relative) - 1.0))
-    return jnp.concatenate([wanted.translation - found.translation, axis * (angle / sine)])
+    axis = once(turn_axis(relative))
+    sine = once(jnp.sqrt(jnp.maximum(dot(axis, axis), 1e-30)))
+    angle = jnp.arctan2(sine, 0.5 * (relative[0][0] + relative[1][1] + relative[2][2] - 1.0))
+    offset = subtract(wanted.origin, found.origin)
+    return once((*offset, *scale(once(angle / sine), axis)))
 
 
 def conditioning(arm: Arm, q: Float[Array, " n"]) -> Float[Array, ""]:
     """√(det J Jᵀ), translations over 0.1 m: zero at a singular configuration (Yoshikawa 1985)."""
-    inverse = factorize(_gram(_scaled_rows(arm, q), _TINY)).inverse_diagonal
+    return _conditioning(_hand(arm, row(q))[1])
+
+
+def _conditioning(rows: Rows) -> Float[Array, ""]:
+    inverse = factorize(_gram(rows, _TINY)).inverse_diagonal
     product = jnp.prod(jnp.stack([jnp.asarray(x) for x in inverse]))
     return jnp.nan_to_num(1.0 / product, nan=0.0, posinf=0.0)
 
 
-def _joint_slope(arm: Arm, q: Array, twist: Array) -> Array:
+def _hand(arm: Arm, q: Row) -> tuple[Frame, Rows]:
+    """The hand in the world, and the rows of its Jacobian, translations over 0.1 m."""
+    frames = link_frames(arm, q)
+    hand = hand_frame(arm, frames[-1])
+    columns = [_scaled((*v, *w)) for v, w in hand_columns(arm, frames, hand.origin)]
+    return hand, list(zip(*columns, strict=True))
+
+
+def _scaled(twist: Row) -> Row:
+    """Translations over 0.1 m."""
+    return once((*scale(1.0 / _LENGTH, _vector(twist[:3])), *twist[3:]))
+
+
+def _vector(row: Row) -> Vec3:
+    x, y, z = row
+    return x, y, z
+
+
+def _along(q: Row, length: Component, direction: Row) -> Row:
+    return tuple(once(x + length * d) for x, d in zip(q, direction, strict=True))
+
+
+def _joint_slope(arm: Arm, q: Row, scaled: Row) -> Row:
     """Joint speeds of least norm that give the hand a twist: Jᵀ (J Jᵀ)⁻¹ ξ."""
-    return _least_squares(_scaled_rows(arm, q), twist / _scale(q.dtype), _TINY)
+    return _least_squares(_hand(arm, q)[1], scaled, _TINY)
 
 
-def _least_squares(rows: list[tuple], scaled: Array, damping: float | Array) -> Array:
+def _least_squares(rows: Rows, scaled: Row, damping: float | Array) -> Row:
     """Jᵀ (J Jᵀ + λ)⁻¹ ξ with λ relative to the mean of J Jᵀ's diagonal."""
     factor = factorize(_gram(rows, damping))
-    weights = solve_upper(factor, solve_lower(factor, components(scaled)))
-    columns = zip(*rows, strict=True)
-    return stacked([inner(column, weights) for column in columns], scaled.dtype)
+    weights = solve_upper(factor, solve_lower(factor, scaled))
+    return tuple(once(inner(column, weights)) for column in zip(*rows, strict=True))
 
 
-def _times(rows: list[tuple], speed: Array) -> Array:
-    return stacked([inner(row, components(speed)) for row in rows], speed.dtype)
-
-
-def _scale(dtype: np.dtype) -> Float[np.ndarray, "6"]:
-    return np.array([_LENGTH] * 3 + [1.0] * 3, dtype)
-
-
-def _scaled_rows(arm: Arm, q: Array) -> list[tuple]:
-    rows = hand_jacobian(arm, q) / _scale(q.dtype)[:, None]
-    return list(components(rows))
-
-
-def _gram(rows: list[tuple], damping: float | Array) -> list[list]:
+def _gram(rows: Rows, damping: float | Array) -> list[list]:
     gram = [[once(inner(a, b)) for b in rows[: i + 1]] for i, a in enumerate(rows)]
-    extra = damping * sum(row[i] for i, row in enumerate(gram)) / len(rows)
-    for i, row in enumerate(gram):
-        row[i] = once(row[i] + extra)
+    extra = once(damping * sum(entries[i] for i, entries in enumerate(gram)) / len(rows))
+    for i, entries in enumerate(gram):
+        entries[i] = once(entries[i] + extra)
     return gram
 
 

@@ -61,7 +61,16 @@ def hand_path(
     path: ObjectPath, T_obj_hand: Pose, move: Int[Array, ""], s: Float[Array, ""]
 ) -> tuple[Pose, Float[Array, "6"], Float[Array, "6"]]:
     """T_world_hand on an object's path, its twist per unit of s and the derivative of that."""
-    return carried(lambda s: pose_on(path, move, s) @ T_obj_hand, s)
+    place, xi, bend = carried(lambda s: pose_on(path, move, s), s)  # alike for all grasps
+    spin, turn = xi[3:], bend[3:]
+    lever = (place.rotation * T_obj_hand.translation).sum(-1)
+    about = jnp.cross(spin, lever)
+    bent = jnp.cross(turn, lever) + jnp.cross(spin, about)
+    return (
+        place @ T_obj_hand,
+        jnp.concatenate([xi[:3] + about, spin]),
+        jnp.concatenate([bend[:3] + bent, turn]),
+    )
 
 
 def plan_motion(
