@@ -101,6 +101,7 @@ def test_mass_starts_in_proportion_to_the_mean_force():
     np.testing.assert_allclose(twice[small, 2:], once[small, 2:], rtol=1e-4)
 
 
+@pytest.mark.long
 def test_early_stopping_restores_the_best_weights():
     rows, shape = regression(), Shape(inputs=8, width=64, depth=2)
     recipe = Recipe(epochs=200, batch=32, learning_rate=3e-3, weight_decay=0.0, patience=15)

@@ -61,6 +61,7 @@ def cells(figure):
     return {key: cell.get_text().get_text() for key, cell in table.get_celld().items()}
 
 
+@pytest.mark.long
 def test_a_fit_is_drawn_and_becomes_part_of_a_page():
     settings = SysidSettings()
     figure = draw_fit(fake_signals(), fake_fit(), 1, settings, truth={"mass": 1.25})

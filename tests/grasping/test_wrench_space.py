@@ -68,6 +68,7 @@ def test_epsilon_is_between_hull_and_random_directions():
         assert quality[row, 0] == pytest.approx(fine + (fine - coarse) / 3.0, rel=0.02)
 
 
+@pytest.mark.long
 def test_each_contact_alone_at_most_is_stronger_than_in_sum():
     contacts, reference = grasps()
     total, each = np.asarray(epsilons(contacts, reference)).T

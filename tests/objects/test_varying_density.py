@@ -160,6 +160,7 @@ class TestField:
         xx, yy = 1 / 6 - 0.25 * 0.8**2, 0.25 / 12
         np.testing.assert_allclose(body.inertia, np.diag([2 * yy, xx + yy, xx + yy]), atol=1e-14)
 
+    @pytest.mark.long
     def test_converges_on_a_smooth_density_of_a_solid_that_is_not_convex(self):
         """ρ = exp(-z / h): over a torus, in flat rings."""
         major, minor, h = 0.2, 0.07, 0.05

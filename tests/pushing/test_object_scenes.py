@@ -71,6 +71,7 @@ def test_a_prism_is_extruded_as_before():
     assert model.nmesh == 1 and model.mesh_vertnum[0] == 2 * len(obj.outline)
 
 
+@pytest.mark.long
 def test_pads_stand_where_the_object_does_and_turn_as_hard():
     """Under rims, wheels and heads of tools: c of the feet is near that of uniform pressure."""
     off = {}

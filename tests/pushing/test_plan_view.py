@@ -43,6 +43,7 @@ def test_polygons_follow_a_prism_with_a_notch():
         assert shapely.Polygon(polygon).exterior.is_ccw
 
 
+@pytest.mark.long
 def test_every_object_shows_something_and_the_tip_finds_it():
     """From all sides a line through the outline's centroid meets the object, face to face."""
     for name, obj in load_catalogue(category=("Primitives", "Pushing")).items():

@@ -36,6 +36,7 @@ ARMS = {
 STATES = states(7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ARMS)
 def test_published_arms_are_those_of_pinocchio(name):
     arm, urdf = (make() for make in ARMS[name])

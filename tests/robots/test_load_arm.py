@@ -85,6 +85,7 @@ def test_a_urdf_with_a_gripper_is_that_of_pinocchio(tmp_path):
     np.testing.assert_array_equal(arm.torque_limit, given.torque_limit)
 
 
+@pytest.mark.long
 def test_slides_references_anchors_and_several_joints_of_a_body(tmp_path):
     arm, model = small_arm(tmp_path), mujoco.MjModel.from_xml_string(SMALL_ARM)
     assert arm.prismatic == (False, True, False, False)

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 SEARCH = """
 import jax, jax.numpy as jnp, numpy as np
 from mjx_inertia import runtime
@@ -21,6 +23,7 @@ assert len(jax.devices()) == 2 and len(result.front()[1]) > 10
 """
 
 
+@pytest.mark.long
 def test_strategies_on_two_devices_do_not_wait_for_each_other():
     """CMA-ES decomposes a batch of matrices on both devices (see `tests/test_runtime.py`)."""
     run = subprocess.run([sys.executable, "-c", SEARCH], timeout=300, check=False)

@@ -10,6 +10,8 @@ from mjx_inertia.space import AS_PRINTED, close, gap
 from mjx_inertia.space.closure import following_joints
 from mjx_inertia.space.manoeuvre import motion_at
 
+pytestmark = pytest.mark.long
+
 STEP = 1e-4  # share of the duration
 COUNT = 32
 

@@ -22,6 +22,8 @@ from mjx_inertia.space import (
 from mjx_inertia.space.default_manoeuvres import ELBOWS, START, TARGET
 from mjx_inertia.spatial import InertialParameters, Pose
 
+pytestmark = pytest.mark.long
+
 ANGLES = np.linspace(-0.2, 0.2, 9)  # much further it is out of reach
 
 

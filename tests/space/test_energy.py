@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from planned import consistent, evaluated
 
 from mjx_inertia.space import (
@@ -13,6 +14,8 @@ from mjx_inertia.space import (
     planar_robot,
     reduced_inertia,
 )
+
+pytestmark = pytest.mark.long
 
 
 def test_power_of_the_joints_is_the_rate_of_the_energy():

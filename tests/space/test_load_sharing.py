@@ -5,6 +5,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from planned import consistent
 
 from mjx_inertia.space import grasp_map, hand_jacobians, hand_wrenches, share
@@ -12,6 +13,8 @@ from mjx_inertia.space.dynamics import inverse_dynamics
 from mjx_inertia.space.load_sharing import shared_load_torques
 from mjx_inertia.space.manoeuvre import motion_at
 from mjx_inertia.space.node import node
+
+pytestmark = pytest.mark.long
 
 SQUEEZE = np.array([3.0, -1.0, 0.5, -2.0, 4.0, 1.5])
 

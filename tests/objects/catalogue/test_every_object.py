@@ -8,7 +8,11 @@ from mjx_inertia.objects import CATEGORIES, friction_radius, load_catalogue
 from mjx_inertia.objects.catalogue.load import recipes
 from mjx_inertia.spatial import Consistency, check_consistency
 
-every_object = pytest.mark.parametrize("name", recipes())
+FIRST = {next(n for n, r in recipes().items() if r.category == c) for c in CATEGORIES}
+every_object = pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=() if n in FIRST else pytest.mark.long) for n in recipes()],
+)
 
 
 @pytest.fixture(autouse=True)
