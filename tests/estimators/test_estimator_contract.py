@@ -208,6 +208,7 @@ def test_a_tree_of_the_forest_can_be_read(fitted):
         forest_tree(fitted["forest"], 60)
 
 
+@pytest.mark.long
 def test_grid_search_finds_the_better_settings():
     rows = problem(8, 400)
     groups = np.repeat(np.arange(40), 10)

@@ -86,6 +86,7 @@ def test_before_training_the_network_is_its_linear_start():
     np.testing.assert_array_equal(normal.factor, np.broadcast_to(np.eye(4), normal.factor.shape))
 
 
+@pytest.mark.long
 def test_mass_starts_in_proportion_to_the_mean_force():
     """Twice all forces: twice the mass and I_zz, even before anything is learnt."""
     rows = series_problem(0, 400)

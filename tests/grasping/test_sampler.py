@@ -77,6 +77,7 @@ def test_hand_frames_follow_the_convention():
     np.testing.assert_allclose(again.approach, grasps.approach, atol=1e-6)
 
 
+@pytest.mark.long
 def test_same_seed_same_grasps():
     again = sample_grasps(mug(), JAW, 300, seed=3, friction=FRICTION).grasps
     other = sample_grasps(mug(), JAW, 300, seed=4, friction=FRICTION).grasps

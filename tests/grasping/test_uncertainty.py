@@ -71,6 +71,7 @@ def test_linear_cost_in_closed_form():
     np.testing.assert_allclose(sampled.worst, worst, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_quadratic_cost_in_closed_form():
     some = belief(seed=1)
     root = np.random.default_rng(2).normal(size=(10, 10))

@@ -95,6 +95,7 @@ def test_epsilon_of_facing_pads_in_closed_form(width, torsion):
     assert float(quality) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.long
 def test_measures_do_not_depend_on_the_frame():
     contacts, reference = grasps()
     pose = jaxlie.SE3.exp(jnp.array([0.3, -0.2, 0.5, 0.7, -1.1, 0.4]))

@@ -46,6 +46,7 @@ def test_published_arms_are_those_of_pinocchio(name):
     np.testing.assert_allclose(more["acceleration"], STATES[2], atol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", [baxter, lambda: lwa4d(hand="parallel_jaw")])
 def test_generated_mjcf_is_the_arm(make):
     arm = make()

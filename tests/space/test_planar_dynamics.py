@@ -111,6 +111,7 @@ def assert_near(actual, expected, tolerance=1e-11):
     assert np.max(error) < tolerance, np.max(error)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MODELS)
 def test_mass_matrix_and_velocity_forces_of_equation_7_1(name, states, recursions):
     theta, q, rates, _ = states

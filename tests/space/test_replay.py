@@ -18,6 +18,8 @@ from mjx_inertia.space import (
     servicer_manoeuvre,
 )
 
+pytestmark = pytest.mark.long
+
 QUICK = ReplaySettings(step=0.004, samples=100, knots=300)
 
 
@@ -59,7 +61,6 @@ def test_a_model_without_the_objects_momentum_is_seen_to_be_wrong():
     assert apart.force > 0.05
 
 
-@pytest.mark.long
 def test_a_servicer_in_space_does_what_was_predicted():
     m = servicer_manoeuvre()
     found = replay(m, np.zeros(m.size), dataclasses.replace(QUICK, step=0.01))
