@@ -28,7 +28,7 @@ from mjx_inertia.dataset.noise import SensorNoise, add_noise
 from mjx_inertia.dataset.plan import CubesProtocol, PushPlan, Range, cubes_plan, known_setup, take
 from mjx_inertia.pushing import PushRecord
 
-FORMAT = 2  # 1 was simulated with contacts that chatter
+FORMAT = 3  # 1: contacts that chatter; 2: a contact solver that did not always converge
 _SIGNALS = ("force", "moment", "pose", "twist", "tip_position", "tip_velocity", "length", "status")
 _COMPRESSORS = (BloscCodec(cname="lz4", clevel=1, shuffle="bitshuffle"), Crc32cCodec())
 
