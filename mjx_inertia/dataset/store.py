@@ -172,8 +172,8 @@ def open_store(path: Path) -> PushStore:
         attributes = dict(group.attrs)
         if attributes.get("format") != FORMAT:
             raise StoreError(
-                f"{path}: format {attributes.get('format')}, this version reads {FORMAT}; name another "
-                "folder with dataset.path=..., or remove this one"
+                f"{path}: format {attributes.get('format')}, this version reads {FORMAT}; name "
+                "another folder with dataset.path=..., or remove this one"
             )
         template = _template(polygons="plan/parameters.polygons" in group)
         leaves = [np.asarray(group[f"plan/{name}"]) for name in _leaves(template)]
