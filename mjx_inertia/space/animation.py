@@ -16,10 +16,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy import ndarray
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.manoeuvre import Manoeuvre
 from mjx_inertia.space.path import Path, path
 from mjx_inertia.space.robot import BASE, SpaceRobot, entry
-from mjx_inertia.space.tree_recursions import frames, hand_frames, row, tree_joints
+from mjx_inertia.space.tree_recursions import frames, hand_frames
 from mjx_inertia.spatial import AnyArray, Pose
 from mjx_inertia.spatial.components import stacked
 
@@ -107,7 +108,7 @@ def _link_lines(robot: SpaceRobot, q: Float[ndarray, "t n"]) -> list[Float[ndarr
     """From each joint to those behind it and to the hands, in the base."""
 
     def places(q: Float[Array, " n"]) -> Float[Array, "p 3"]:
-        links = frames(robot, tree_joints(robot, row(q)))
+        links = frames(robot, joints_at(robot, unstack(q)))
         ends = [*links, *hand_frames(robot, links)]
         return stacked([end.origin for end in ends], q.dtype)
 

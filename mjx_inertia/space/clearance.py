@@ -11,15 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.robot import BASE, Capture, SpaceRobot
-from mjx_inertia.space.tree_recursions import (
-    behind,
-    frame_of,
-    frames,
-    held_frames,
-    row,
-    tree_joints,
-)
+from mjx_inertia.space.tree_recursions import compose, frame_of, frames, held_frames
 from mjx_inertia.spatial.components import root, stacked
 from mjx_inertia.spatial.extremes import greatest, least
 
@@ -29,7 +23,7 @@ _POINTS = 9  # of a link against the base
 def clearance(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Float[Array, ""]:
     """Least distance (m) between parts that must not touch; negative where they overlap."""
     start, end = _segments(robot, q)
-    links = frames(robot, tree_joints(robot, row(q)))
+    links = frames(robot, joints_at(robot, unstack(q)))
     ball = stacked(held_frames(robot, capture, links)[0].origin, q.dtype)
     pairs = np.array(_link_pairs(robot), int).reshape(-1, 2)
     between = jax.vmap(segment_distance)(
@@ -58,12 +52,12 @@ def _segments(
     robot: SpaceRobot, q: Float[Array, " n"]
 ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
     """Ends of the links' axes in the base, m."""
-    links = frames(robot, tree_joints(robot, row(q)))
+    links = frames(robot, joints_at(robot, unstack(q)))
     ends = []
     for i, link in enumerate(links):
         children = [k for k, parent in enumerate(robot.parents) if parent == i]
         if i in robot.hands:
-            ends.append(behind(link, frame_of(robot.T_link_hand, robot.hands.index(i))).origin)
+            ends.append(compose(link, frame_of(robot.T_link_hand, robot.hands.index(i))).origin)
         elif children:
             ends.append(links[children[0]].origin)
         else:

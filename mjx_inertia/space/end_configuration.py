@@ -13,11 +13,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.closure import following_joints
 from mjx_inertia.space.manoeuvre import Manoeuvre, base_at, rotation_vector
 from mjx_inertia.space.node import check_momentum
 from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
-from mjx_inertia.space.tree_recursions import frames, held_frames, row, tree_joints
+from mjx_inertia.space.tree_recursions import frames, held_frames
 from mjx_inertia.spatial import AnyArray, Consistency, Pose, check_consistency, explain
 from mjx_inertia.spatial.components import stacked
 
@@ -223,7 +224,7 @@ def _apart(
     m: Manoeuvre, T_world_base: Pose, T_world_obj: Pose, q: Float[Array, " n"]
 ) -> Float[Array, " h"]:
     """Distance (m) and rotation vector (rad) from the target to the object in either hand."""
-    links = frames(m.robot, tree_joints(m.robot, row(q)))
+    links = frames(m.robot, joints_at(m.robot, unstack(q)))
     rows = []
     for held in held_frames(m.robot, m.capture, links):
         T_world_held = T_world_base @ Pose(*(stacked(part, q.dtype) for part in held))

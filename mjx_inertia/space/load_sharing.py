@@ -9,6 +9,7 @@ object, in the axes of the base, about the hand's origin; the object's are about
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.dynamics import hand_jacobians, inverse_dynamics
 from mjx_inertia.space.node import Node
 from mjx_inertia.space.robot import Capture, SpaceRobot
@@ -16,10 +17,8 @@ from mjx_inertia.space.tree_recursions import (
     frames,
     hand_frames,
     held_frames,
-    picked,
-    row,
-    spread,
-    tree_joints,
+    scatter_axes,
+    select_axes,
 )
 from mjx_inertia.spatial.components import add, apply, components, cross, stacked, subtract
 
@@ -29,7 +28,7 @@ def grasp_map(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Flo
 
     Murray, Li and Sastry 1994, Sec. 5.2; thesis Eq. 7.9.
     """
-    links = frames(robot, tree_joints(robot, row(q)))
+    links = frames(robot, joints_at(robot, unstack(q)))
     held = held_frames(robot, capture, links)[0]
     com = add(held.origin, apply(held.rotation, components(capture.inertial.com)))
     blocks = []
@@ -37,8 +36,8 @@ def grasp_map(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Flo
         lever = subtract(hand.origin, com)
         rows = []
         for unit in jnp.eye(len(robot.axes), dtype=q.dtype):
-            force, moment = spread(robot, row(unit))
-            rows.append(picked(robot, force, add(moment, cross(lever, force))))
+            force, moment = scatter_axes(robot, unstack(unit))
+            rows.append(select_axes(robot, force, add(moment, cross(lever, force))))
         blocks.append(stacked(rows, q.dtype).T)
     return jnp.concatenate(blocks, 1)
 
@@ -78,9 +77,9 @@ def hand_wrenches(
       instant: `node` at them.
       squeeze: k of Eq. 7.16, in the base's axes about the hands; none if None.
     """
-    force, moment = spread(robot, row(instant.object_wrench))
+    force, moment = scatter_axes(robot, unstack(instant.object_wrench))
     turn = components(instant.object_rotation)
-    total = stacked(picked(robot, apply(turn, force), apply(turn, moment)), q.dtype)
+    total = stacked(select_axes(robot, apply(turn, force), apply(turn, moment)), q.dtype)
     return share(grasp_map(robot, capture, q), total, squeeze).reshape(2, -1)
 
 

@@ -18,19 +18,13 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float, Int
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.closure import follow, gap
 from mjx_inertia.space.node import Node, node
 from mjx_inertia.space.quadrature import Rule, attitude, gauss, integral, unresolved
 from mjx_inertia.space.robot import Capture, SpaceRobot, entry
 from mjx_inertia.space.trajectory import COEFFICIENTS, JointMotion, joint_motion
-from mjx_inertia.space.tree_recursions import (
-    center_of_mass,
-    frames,
-    hand_frames,
-    row,
-    tree_bodies,
-    tree_joints,
-)
+from mjx_inertia.space.tree_recursions import center_of_mass, frames, hand_frames, tree_bodies
 from mjx_inertia.spatial import AnyArray, Pose
 from mjx_inertia.spatial.components import root, stacked
 from mjx_inertia.spatial.extremes import greatest
@@ -224,7 +218,7 @@ def _final_base(
 def _hand_errors(
     m: Manoeuvre, T_world_base: Pose, q_end: Float[Array, " n"]
 ) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
-    hands = hand_frames(m.robot, frames(m.robot, tree_joints(m.robot, row(q_end))))
+    hands = hand_frames(m.robot, frames(m.robot, joints_at(m.robot, unstack(q_end))))
     reached = [
         T_world_base @ Pose(*(stacked(part, q_end.dtype) for part in hand)) for hand in hands
     ]
@@ -249,7 +243,7 @@ def _about_z(angle: Float[Array, ""]) -> Float[Array, "3 3"]:
 
 def _com(m: Manoeuvre, q: Float[Array, " n"]) -> Float[Array, "3"]:
     counted = m.capture if m.momentum == "system" else None
-    links = frames(m.robot, tree_joints(m.robot, row(q)))
+    links = frames(m.robot, joints_at(m.robot, unstack(q)))
     return stacked(center_of_mass(*tree_bodies(m.robot, counted), links), q.dtype)
 
 

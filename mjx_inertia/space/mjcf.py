@@ -15,10 +15,11 @@ from mjx_inertia.robots.mjcf_parts import (
     add_geom,
     add_joint,
     add_limb,
+    joint_names,
     placement,
     set_inertial,
 )
-from mjx_inertia.robots.rigid_links import body_of
+from mjx_inertia.robots.rigid_links import float64_parameters
 from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, entry
 from mjx_inertia.spatial import InertialParameters, Pose
 
@@ -69,14 +70,10 @@ def space_mjcf(robot: SpaceRobot, capture: Capture | None = None) -> str:
     return spec.to_xml()
 
 
-def joint_names(robot: SpaceRobot) -> tuple[str, ...]:
-    """Names of the joints in the model: the robot's, or `joint_1` and so on."""
-    return robot.joint_names or tuple(f"joint_{i + 1}" for i in range(robot.dof))
-
-
 def _links(robot: SpaceRobot, base: mujoco.MjsBody) -> list[mujoco.MjsBody]:
     bodies: list[mujoco.MjsBody] = []
-    for i, (name, parent) in enumerate(zip(joint_names(robot), robot.parents, strict=True)):
+    names = joint_names(robot.joint_names, robot.dof)
+    for i, (name, parent) in enumerate(zip(names, robot.parents, strict=True)):
         T_parent_joint = entry(robot.T_parent_joint, i)
         before = base if parent == BASE else bodies[parent]
         if parent != BASE:
@@ -129,5 +126,5 @@ def _hold(
 
 def _link(robot: SpaceRobot, i: int) -> InertialParameters:
     if float(robot.links.mass[i]) == 0.0:  # one of several joints of one body
-        return body_of(_WEIGHTLESS, np.zeros(3), _WEIGHTLESS * np.eye(3))
-    return body_of(robot.links.mass[i], robot.links.com[i], robot.links.inertia[i])
+        return float64_parameters(_WEIGHTLESS, np.zeros(3), _WEIGHTLESS * np.eye(3))
+    return float64_parameters(robot.links.mass[i], robot.links.com[i], robot.links.inertia[i])

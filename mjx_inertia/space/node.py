@@ -16,29 +16,30 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.chain import Body, Joint, body_of
-from mjx_inertia.robots.link_motion import acceleration_gradient, across, wrench_of
+from mjx_inertia.robots.chain import Body, Frame, Joint, body_from_parameters, joints_at, unstack
+from mjx_inertia.robots.link_motion import (
+    acceleration_gradient,
+    link_acceleration,
+    newton_euler_wrench,
+)
 from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
 from mjx_inertia.space.tree_recursions import (
-    Frame,
-    Inertias,
     Matrix,
     Row,
-    against,
-    base_columns,
-    combined,
+    TreeInertias,
+    base_jacobian_columns,
     composite_inertias,
+    dot_rows,
     frames,
-    hand_columns,
     hand_frames,
+    hand_jacobian_columns,
     held_frames,
-    newton_euler,
-    opposite,
-    picked,
-    row,
-    spread,
+    linear_combination,
+    negate,
+    scatter_axes,
+    select_axes,
     tree_bodies,
-    tree_joints,
+    tree_newton_euler,
 )
 from mjx_inertia.spatial.components import (
     ZERO,
@@ -98,7 +99,7 @@ class _Tree(NamedTuple):
     joints: list[Joint]
     base: Body
     bodies: list[Body]
-    inertias: Inertias
+    inertias: TreeInertias
     factor: Factor  # of H_b
     links: list[Frame]
 
@@ -119,26 +120,28 @@ def node(
     """
     check_shape(robot, q=q, qd=qd, qdd=qdd)
     check_momentum(momentum)
-    tree = _tree(robot, row(q), capture if momentum == "system" else None)
-    joints, rates = tree.joints, (row(qd), row(qdd))
+    tree = _tree(robot, unstack(q), capture if momentum == "system" else None)
+    joints, rates = tree.joints, (unstack(qd), unstack(qdd))
     still = tuple(0.0 for _ in robot.axes)
-    twist = opposite(_solved(tree.factor, combined(tree.inertias.coupling, rates[0])))
-    forces, states = newton_euler(robot, joints, tree.base, tree.bodies, (twist, still), rates)
-    gain = opposite(_solved(tree.factor, forces.base))
+    twist = negate(_solved(tree.factor, linear_combination(tree.inertias.coupling, rates[0])))
+    forces, states = tree_newton_euler(robot, joints, tree.base, tree.bodies, (twist, still), rates)
+    acceleration = negate(_solved(tree.factor, forces.base))
     torque = once(
         tuple(
             plus(a, b)
-            for a, b in zip(forces.joints, against(tree.inertias.coupling, gain), strict=True)
+            for a, b in zip(
+                forces.joints, dot_rows(tree.inertias.coupling, acceleration), strict=True
+            )
         )
     )
     held = held_frames(robot, capture, tree.links)
-    load = _object_wrench(robot, capture, states[robot.hands[0]], tree.links, gain)
+    load = _object_wrench(robot, capture, states[robot.hands[0]], tree.links, acceleration)
     total, manipulability = (np.nan,) * len(robot.axes), np.nan
     if with_total:
         total, manipulability = _total_wrench(robot, capture, tree, held[0], torque)
     if momentum == "robot":
         total = tuple(plus(a, b) for a, b in zip(total, load, strict=True))
-    vectors = (twist, gain, torque, total, load, _closure(*held))
+    vectors = (twist, acceleration, torque, total, load, _closure(*held))
     rotation, place = stacked(held[0].rotation, q.dtype), stacked(held[0].origin, q.dtype)
     a, b, c, d, e, f = (stacked(vector, q.dtype) for vector in vectors)
     return Node(a, b, c, d, e, f, rotation, place, jnp.asarray(manipulability, q.dtype))
@@ -151,7 +154,7 @@ def check_momentum(momentum: str) -> None:
 
 
 def _tree(robot: SpaceRobot, q: Row, counted: Capture | None) -> _Tree:
-    joints = tree_joints(robot, q)
+    joints = joints_at(robot, q)
     base, bodies = tree_bodies(robot, counted)
     matrix = composite_inertias(robot, joints, base, bodies)
     return _Tree(joints, base, bodies, matrix, factorize(matrix.base), frames(robot, joints))
@@ -170,16 +173,19 @@ def _total_wrench(
     the place of J_g⁻¹ (Khatib 1987): F = (J H_el⁻¹ Jᵀ)⁻¹ J H_el⁻¹ τ.
     """
     hands = hand_frames(robot, tree.links)
-    reaction = [opposite(_solved(tree.factor, c)) for c in tree.inertias.coupling]  # of J_a
+    reaction = [negate(_solved(tree.factor, c)) for c in tree.inertias.coupling]  # of J_a
     jacobian: Matrix = []  # columns of J_g, one for each joint
     per_hand = [
-        (base_columns(robot, hand.origin), hand_columns(robot, tree.links, k, hand.origin))
+        (
+            base_jacobian_columns(robot, hand.origin),
+            hand_jacobian_columns(robot, tree.links, k, hand.origin),
+        )
         for k, hand in enumerate(hands)
     ]
     for j, moved in enumerate(reaction):
         column: list[Component] = []
         for of_base, of_joints in per_hand:
-            pairs = zip(of_joints[j], combined(of_base, moved), strict=True)
+            pairs = zip(of_joints[j], linear_combination(of_base, moved), strict=True)
             column += [once(plus(x, y)) for x, y in pairs]
         jacobian.append(tuple(column))
     reduced = [
@@ -203,11 +209,11 @@ def _total_wrench(
     com = _com(capture, held)
     force, moment = ZERO, ZERO
     for hand, own in zip(hands, (wrenches[:k], wrenches[k:]), strict=True):
-        f, n = spread(robot, tuple(own))
+        f, n = scatter_axes(robot, tuple(own))
         force = add(force, f)
         moment = add(moment, n, cross(subtract(hand.origin, com), f))
     back = transpose(held.rotation)
-    return once(picked(robot, apply(back, force), apply(back, moment))), volume
+    return once(select_axes(robot, apply(back, force), apply(back, moment))), volume
 
 
 def _products(rows: Matrix | list[list[Component]]) -> list[list[Component]]:
@@ -220,7 +226,7 @@ def _object_wrench(
     capture: Capture,
     state: tuple[Vec3, Vec3, Vec3],
     links: list[Frame],
-    gain: Row,
+    acceleration: Row,
 ) -> Row:
     """Newton's and Euler's laws of the object, which the first hand carries.
 
@@ -229,10 +235,10 @@ def _object_wrench(
       capture: the object.
       state: ω, α and acceleration of that hand's link while the base does not accelerate.
       links: in the base.
-      gain: acceleration of the base.
+      acceleration: of the base.
     """
     link = links[robot.hands[0]]
-    linear, angular = spread(robot, gain)
+    linear, angular = scatter_axes(robot, acceleration)
     back = transpose(link.rotation)
     omega, alpha, pulled = state
     moved = add(linear, cross(angular, link.origin))
@@ -241,11 +247,13 @@ def _object_wrench(
     rotation, offset = _object_in_link(robot, capture)
     fixed = Joint(rotation, offset, ZERO, False)
     carried = once(add(pulled, apply(gradient, offset)))
-    omega, alpha, pulled = across(fixed, omega, alpha, carried, 0.0, 0.0)
-    body = body_of(capture.inertial)
-    force, moment = wrench_of(body, omega, alpha, pulled, acceleration_gradient(omega, alpha))
+    omega, alpha, pulled = link_acceleration(fixed, omega, alpha, carried, 0.0, 0.0)
+    body = body_from_parameters(capture.inertial)
+    force, moment = newton_euler_wrench(
+        body, omega, alpha, pulled, acceleration_gradient(omega, alpha)
+    )
     about_com = subtract(moment, cross(components(capture.inertial.com), force))
-    return once(picked(robot, force, about_com))
+    return once(select_axes(robot, force, about_com))
 
 
 def _object_in_link(robot: SpaceRobot, capture: Capture) -> Frame:

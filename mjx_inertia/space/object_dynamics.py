@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
+from mjx_inertia.robots.chain import unstack
 from mjx_inertia.space.dynamics import (
     generalized_jacobian,
     inertias,
@@ -19,7 +20,7 @@ from mjx_inertia.space.dynamics import (
 from mjx_inertia.space.load_sharing import grasp_map
 from mjx_inertia.space.node import check_momentum, node
 from mjx_inertia.space.robot import Capture, SpaceRobot
-from mjx_inertia.space.tree_recursions import picked, row, spread
+from mjx_inertia.space.tree_recursions import scatter_axes, select_axes
 from mjx_inertia.spatial.components import apply, components, cross, stacked
 
 
@@ -61,17 +62,17 @@ def object_dynamics(
     B = object_to_joints(robot, capture, q, momentum)
     qd = B @ object_twist
     # the axes turn with the base: the derivative of ẋ in them at ẍ = 0 is -ω × ẋ
-    omega = spread(robot, row(momentum_map(matrix) @ qd))[1]
-    linear, angular = spread(robot, row(object_twist))
-    turning = picked(robot, cross(omega, linear), cross(omega, angular))
+    omega = scatter_axes(robot, unstack(momentum_map(matrix) @ qd))[1]
+    linear, angular = scatter_axes(robot, unstack(object_twist))
+    turning = select_axes(robot, cross(omega, linear), cross(omega, angular))
     _, change = jax.jvp(
         lambda q: object_to_joints(robot, capture, q, momentum) @ object_twist, (q,), (qd,)
     )
     drift = change - B @ stacked(turning, q.dtype)
     instant = node(robot, capture, q, qd, drift, momentum)
-    force, moment = spread(robot, row(instant.total_wrench))
+    force, moment = scatter_axes(robot, unstack(instant.total_wrench))
     turn = components(instant.object_rotation)
-    velocity_wrench = stacked(picked(robot, apply(turn, force), apply(turn, moment)), q.dtype)
+    velocity_wrench = stacked(select_axes(robot, apply(turn, force), apply(turn, moment)), q.dtype)
     inertia = B.T @ reduced_inertia(matrix) @ B
     if momentum == "robot":
         inertia += _object_inertia(robot, capture, instant.object_rotation)

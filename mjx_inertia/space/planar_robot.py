@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from mjx_inertia.robots.rigid_links import body_of
+from mjx_inertia.robots.rigid_links import float64_parameters
 from mjx_inertia.space.robot import BASE, Capture, SpaceRobot
 from mjx_inertia.spatial import Pose
 
@@ -83,10 +83,10 @@ def planar_robot(settings: PlanarSettings | None = None) -> SpaceRobot:
     hand = np.zeros((2, 3))
     hand[:, 1] = s.link_length[2]
     return SpaceRobot(
-        base=body_of(s.base_mass, np.zeros(3), base_moment * np.eye(3)),
+        base=float64_parameters(s.base_mass, np.zeros(3), base_moment * np.eye(3)),
         T_parent_joint=Pose(np.tile(np.eye(3), (6, 1, 1)), offsets),
         axis=axis,
-        links=body_of(mass, com, moment[:, None, None] * np.eye(3)),
+        links=float64_parameters(mass, com, moment[:, None, None] * np.eye(3)),
         armature=np.zeros(6),
         lower=np.tile(s.lower, 2),
         upper=np.tile(s.upper, 2),
@@ -110,7 +110,7 @@ def planar_capture(settings: PlanarSettings | None = None) -> Capture:
     center = np.array([0.0, s.object_radius, 0.0])
     inertia = 0.4 * s.object_mass * s.object_radius**2
     return Capture(
-        inertial=body_of(s.object_mass, np.zeros(3), inertia * np.eye(3)),
+        inertial=float64_parameters(s.object_mass, np.zeros(3), inertia * np.eye(3)),
         T_hand_obj=Pose(np.stack([quarter, quarter.T]), np.stack([center, center])),
         radius=s.object_radius,
     )
