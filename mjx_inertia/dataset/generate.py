@@ -20,7 +20,7 @@ from mjx_inertia.dataset.plan import (
     PushPlan,
     cubes30_plan,
     cubes_plan,
-    take,
+    select_pushes,
 )
 from mjx_inertia.dataset.shapes_plan import ShapesProtocol, shapes_plan
 from mjx_inertia.dataset.store import PushStore, create_store, write_block
@@ -136,7 +136,7 @@ def generate(settings: GenerateSettings, *, progress: bool = True) -> PushStore:
     writing: Future | None = None
     with bar, ThreadPoolExecutor(1) as writer:
         for block in todo:
-            part = take(store.plan, store.rows(block))
+            part = select_pushes(store.plan, store.rows(block))
             record = simulate(
                 scene,
                 part.parameters,

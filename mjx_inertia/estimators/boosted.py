@@ -26,7 +26,7 @@ from mjx_inertia.estimators.training import (
 )
 from mjx_inertia.estimators.trees import TreeEnsemble, sum_over_trees
 from mjx_inertia.estimators.xgboost_trees import ColumnSearch, Job, join, train
-from mjx_inertia.features import Examples, select
+from mjx_inertia.features import Examples, select_columns
 
 # Mass and I_zz are products of powers of what is measured; the CoM is none.
 _POWER_LAWS = np.array([1.0, 1.0, 0.0, 0.0], np.float32)
@@ -137,7 +137,7 @@ def _first_stage(
 
 def predict_boosted(fitted: FittedBoosted, examples: Examples) -> Estimate:
     """Estimates with the covariance of held-out errors: relative for mass and I_zz."""
-    rows = select(examples, fitted.columns)
+    rows = select_columns(examples, fitted.columns)
     first, rows = _first_stage(fitted.linear, rows)
     mean = first + sum_over_trees(fitted.trees, rows)
     error = jnp.broadcast_to(fitted.error, (rows.shape[0], 4, 4))

@@ -31,7 +31,7 @@ from mjx_inertia.estimators.trees import (
     with_products,
 )
 from mjx_inertia.estimators.xgboost_trees import Job, join, train
-from mjx_inertia.features import Examples, select
+from mjx_inertia.features import Examples, select_columns
 
 _CHUNK = 50  # trees grown in one call of the library: one step of the progress bar
 _CALIBRATION_TREES = 100
@@ -145,7 +145,7 @@ def fit_forest(settings: ForestSettings, examples: Examples, *, key: KeyArray) -
 
 def predict_forest(fitted: FittedForest, examples: Examples) -> Estimate:
     """Mean over trees; covariance between trees, scaled by target to the held-out errors."""
-    mean, spread = forest_moments(fitted.trees, select(examples, fitted.columns))
+    mean, spread = forest_moments(fitted.trees, select_columns(examples, fitted.columns))
     factor = fitted.spread_scale[:, None] * fitted.spread_scale
     return answer(*to_units(fitted.scale, mean, spread * factor), usable_rows(examples))
 

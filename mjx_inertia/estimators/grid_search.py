@@ -18,7 +18,7 @@ from mjx_inertia.estimators.estimate import (
     targets_of,
     usable_rows,
 )
-from mjx_inertia.features import Examples, take
+from mjx_inertia.features import Examples, take_examples
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def grid_search(
             f"{examples.status.shape[0]} examples; give at least one and one group a row"
         )
     usable = np.asarray(usable_rows(examples))
-    rows, groups = take(examples, usable), groups[usable]
+    rows, groups = take_examples(examples, usable), groups[usable]
     truth = np.asarray(targets_of(rows))
     spread = np.where(truth.std(axis=0) > 0, truth.std(axis=0), 1.0)
     key_folds, key_fit = jax.random.split(key)
@@ -98,8 +98,10 @@ def grid_search(
             error = np.full_like(truth, np.nan)
             for number in range(folds):
                 aside = fold == number
-                fitted = estimator.fit(take(rows, ~aside), key=jax.random.fold_in(key_fit, number))
-                estimate = estimator.predict(fitted, take(rows, aside))
+                fitted = estimator.fit(
+                    take_examples(rows, ~aside), key=jax.random.fold_in(key_fit, number)
+                )
+                estimate = estimator.predict(fitted, take_examples(rows, aside))
                 known = np.asarray(estimate.status) == EstimateStatus.OK
                 places = np.flatnonzero(aside)[known]
                 error[places] = np.asarray(estimate.mean)[known] - truth[places]

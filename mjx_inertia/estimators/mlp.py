@@ -19,12 +19,12 @@ from mjx_inertia.estimators.mlp_network import (
     InputScale,
     Shape,
     Weights,
+    apply_network,
     covariance_of,
-    evaluate,
     input_scale,
     inputs_of,
 )
-from mjx_inertia.estimators.mlp_training import Recipe, TrainingRows, train_network
+from mjx_inertia.estimators.mlp_training import TrainingRows, TrainingSettings, train_network
 from mjx_inertia.estimators.training import (
     TargetScale,
     held_out,
@@ -34,7 +34,7 @@ from mjx_inertia.estimators.training import (
     to_units,
     training_table,
 )
-from mjx_inertia.features import Examples, select
+from mjx_inertia.features import Examples, select_columns
 from mjx_inertia.features.series import MEAN_FORCE, mirror_signs, series_grid
 
 _MIRROR = np.array([1.0, 1.0, 1.0, -1.0])  # mass, I_zz and CoM of the mirror image
@@ -178,11 +178,13 @@ def _start(
     return jnp.asarray(start)
 
 
-def _recipe(settings: MlpSettings, rows: int) -> Recipe:
+def _recipe(settings: MlpSettings, rows: int) -> TrainingSettings:
     steps = max(1, rows // settings.batch)
     epochs = max(settings.epochs, -(-settings.least_steps // steps))
     patience = max(1, round(settings.patience * epochs))
-    return Recipe(epochs, settings.batch, settings.learning_rate, settings.weight_decay, patience)
+    return TrainingSettings(
+        epochs, settings.batch, settings.learning_rate, settings.weight_decay, patience
+    )
 
 
 def _standardised(
@@ -201,7 +203,7 @@ def _standardised(
 def _block(
     fitted: FittedMlp, features: Float[Array, "n d"]
 ) -> tuple[Float[Array, "n 4"], Float[Array, "n 4 4"]]:
-    normal = evaluate(fitted.shape, fitted.weights, inputs_of(fitted.inputs, features))
+    normal = apply_network(fitted.shape, fitted.weights, inputs_of(fitted.inputs, features))
     mixing = fitted.mixing
     covariance = mixing @ covariance_of(normal) @ mixing.T
     inflated = fitted.inflation[:, None] * covariance * fitted.inflation
@@ -210,7 +212,7 @@ def _block(
 
 def predict_mlp(fitted: FittedMlp, examples: Examples) -> Estimate:
     """Estimates with a covariance for each push: relative for mass and I_zz."""
-    mean, covariance = _standardised(fitted, select(examples, fitted.columns))
+    mean, covariance = _standardised(fitted, select_columns(examples, fitted.columns))
     return answer(*to_units(fitted.targets, mean, covariance), usable_rows(examples))
 
 

@@ -18,7 +18,7 @@ from mjx_inertia.evaluation.errors import (
     relative_error_percent,
     target_errors,
 )
-from mjx_inertia.evaluation.evaluation import Evaluation, count_failures
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates, count_failures
 from mjx_inertia.evaluation.fit_figures import FitSignals, draw_fit, fit_signals
 from mjx_inertia.evaluation.information_figures import draw_bound_maps, draw_sequences
 from mjx_inertia.evaluation.intervals import (
@@ -46,8 +46,8 @@ __all__ = [
     "RESULT_COLUMNS",
     "BreakdownRow",
     "Calibration",
-    "Evaluation",
     "FitSignals",
+    "HeldOutEstimates",
     "Interval",
     "Published",
     "ReportContent",

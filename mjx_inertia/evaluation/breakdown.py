@@ -1,6 +1,6 @@
 """Where the errors come from: means of one target at each level of a condition.
 
-In: `Evaluation` and the name of a condition. Out: one `BreakdownRow` per level.
+In: `HeldOutEstimates` and the name of a condition. Out: one `BreakdownRow` per level.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mjx_inertia.evaluation.errors import target_errors
-from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 
 CONDITIONS = ("friction", "mass", "size", "speed", "contact_offset", "angle")
 CONDITION_LABELS = {
@@ -70,7 +70,9 @@ class BreakdownRow:
     abs_mean_mm: float
 
 
-def breakdown(evaluation: Evaluation, condition: str, target: str) -> tuple[BreakdownRow, ...]:
+def breakdown(
+    evaluation: HeldOutEstimates, condition: str, target: str
+) -> tuple[BreakdownRow, ...]:
     """Errors of `target` at each level of `condition`, levels rising.
 
     A condition with up to eight values has a level for each, others are cut into eight bins of
@@ -100,7 +102,7 @@ def breakdown(evaluation: Evaluation, condition: str, target: str) -> tuple[Brea
     return tuple(rows)
 
 
-def condition_values(evaluation: Evaluation, condition: str) -> Float[np.ndarray, " n"]:
+def condition_values(evaluation: HeldOutEstimates, condition: str) -> Float[np.ndarray, " n"]:
     """Values of one of `CONDITIONS`; the mass is the true one."""
     if condition not in CONDITIONS:
         raise ValueError(f"condition is {condition!r}; choose one of {CONDITIONS}")

@@ -18,7 +18,7 @@ from mjx_inertia.evaluation.condition_figures import (
     error_images,
     errors_by_condition,
 )
-from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 from mjx_inertia.evaluation.summary import TargetSummary, leading_estimator
 
 _THESIS_CONDITIONS = ("friction", "mass")  # Fig. 3.14
@@ -49,7 +49,7 @@ class _Planned:
 
 
 def plan_split_figures(
-    evaluations: Sequence[Evaluation],
+    evaluations: Sequence[HeldOutEstimates],
     summaries: Sequence[TargetSummary],
     baseline: str,
     *,

@@ -5,8 +5,8 @@ from mjx_inertia.features.examples import (
     columns_of_set,
     concatenate,
     families_of,
-    select,
-    take,
+    select_columns,
+    take_examples,
 )
 from mjx_inertia.features.extract import FEATURE_SETS, examples, extract, feature_names
 from mjx_inertia.features.signals import FeatureSettings
@@ -21,6 +21,6 @@ __all__ = [
     "extract",
     "families_of",
     "feature_names",
-    "select",
-    "take",
+    "select_columns",
+    "take_examples",
 ]

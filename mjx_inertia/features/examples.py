@@ -41,7 +41,9 @@ class Examples:
     shapes: tuple[ObjectModel, ...] = struct.field(pytree_node=False, default=())
 
 
-def take(examples: Examples, indices: Int[AnyArray, " m"] | Bool[AnyArray, " n"]) -> Examples:
+def take_examples(
+    examples: Examples, indices: Int[AnyArray, " m"] | Bool[AnyArray, " n"]
+) -> Examples:
     """Rows of `examples` by index or by mask."""
     rows = jnp.asarray(indices)
     return jax.tree.map(lambda leaf: jnp.asarray(leaf)[rows], examples)
@@ -96,7 +98,7 @@ def columns_of_set(columns: tuple[str, ...], feature_set: str | None) -> tuple[s
     return chosen
 
 
-def select(examples: Examples, columns: tuple[str, ...]) -> Float[Array, "n k"]:
+def select_columns(examples: Examples, columns: tuple[str, ...]) -> Float[Array, "n k"]:
     """The features named `columns`, in that order; the examples may hold others too.
 
     Raises:

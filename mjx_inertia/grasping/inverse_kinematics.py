@@ -165,7 +165,7 @@ def _search(
     return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
 
 
-def follow(
+def follow_path(
     arm: Arm,
     q: Float[Array, " n"],
     hand: HandPath,

@@ -66,7 +66,7 @@ def state_signals(
     )
 
 
-def along(arm: Arm, motion: GraspMotion) -> AlongPath:
+def signals_along_path(arm: Arm, motion: GraspMotion) -> AlongPath:
     """The signals at every waypoint of a motion."""
     linear = motion.tangent[:, :3]
     length = jnp.sqrt(jnp.maximum(jnp.sum(linear**2, -1, keepdims=True), 1e-30))

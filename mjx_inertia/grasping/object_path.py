@@ -87,7 +87,7 @@ class ObjectPath:
       s: path parameter within the move, 0 to 1.
       rate: ds/dt, 1/s.
       acceleration: d²s/dt², 1/s².
-      moves: the moves, in a form that `pose_on` evaluates.
+      moves: the moves, in a form that `object_pose_at` evaluates.
       orientation: of the task.
     """
 
@@ -195,7 +195,7 @@ def _turned(
     return (turn[:, :, None] * rotation[None]).sum(1)
 
 
-def pose_on(path: ObjectPath, move: Int[Array, ""], s: Float[Array, ""]) -> Pose:
+def object_pose_at(path: ObjectPath, move: Int[Array, ""], s: Float[Array, ""]) -> Pose:
     """`T_world_obj` at parameter s of a move."""
     table = path.moves
     start, axis, angle = table.start[move], table.axis[move], table.angle[move]
@@ -209,7 +209,7 @@ def pose_on(path: ObjectPath, move: Int[Array, ""], s: Float[Array, ""]) -> Pose
     return Pose(rotation, com - (rotation * table.com_obj).sum(-1))
 
 
-def carried(
+def moving_frame_twist(
     pose: Callable[[Float[Array, ""]], Pose], s: Float[Array, ""]
 ) -> tuple[Pose, Float[Array, "6"], Float[Array, "6"]]:
     """A moving frame's pose, twist per unit of s, and that twist's derivative in s; world axes."""

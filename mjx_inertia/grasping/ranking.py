@@ -122,7 +122,7 @@ def rank_grasps(
     return GraspRanking(grasps, found, costs, force, np.flatnonzero(slips), order, front)
 
 
-def table(ranking: GraspRanking, rows: int = 10) -> str:
+def ranking_table(ranking: GraspRanking, rows: int = 10) -> str:
     """The best grasps as lines of text; a star is one of the Pareto set."""
     names = [name.replace("inverse_manipulability", "1/manipulability") for name in CRITERIA]
     heads = [f"{name} [{UNITS[key]}]" for name, key in zip(names, CRITERIA, strict=True)]

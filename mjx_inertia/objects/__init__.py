@@ -1,7 +1,7 @@
 """Shapes with their true inertia: the catalogue, prisms on an outline, published objects."""
 
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
-from mjx_inertia.objects.compose import combine, re_mass, scale
+from mjx_inertia.objects.compose import combine_objects, re_mass, scale_object
 from mjx_inertia.objects.convex_pieces import area_error, convex_pieces
 from mjx_inertia.objects.convex_solids import hull_vertices, upright
 from mjx_inertia.objects.density_field import properties_of_field
@@ -68,7 +68,7 @@ __all__ = [
     "camera_ring",
     "cast_views",
     "closest_on_outline",
-    "combine",
+    "combine_objects",
     "combine_shape_and_push",
     "convex_pieces",
     "cube",
@@ -96,7 +96,7 @@ __all__ = [
     "random_objects",
     "re_mass",
     "repair_mesh",
-    "scale",
+    "scale_object",
     "signed_area",
     "transformed",
     "turned",

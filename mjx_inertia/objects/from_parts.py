@@ -71,7 +71,7 @@ def from_parts(
         name=name,
         outline=silhouette(whole, name),
         height=high,
-        inertial=joined(bodies, factor),
+        inertial=combine_bodies(bodies, factor),
         pieces=object_pieces(parts, whole),
         support=lowest(whole, SUPPORT_DEPTH),
         mesh=from_manifold(whole),
@@ -88,7 +88,7 @@ def main_color(parts: Sequence[Part]) -> Color:
     return max(parts, key=lambda part: part.mesh.volume).color
 
 
-def joined(bodies: Sequence[InertialParameters], factor: float = 1.0) -> InertialParameters:
+def combine_bodies(bodies: Sequence[InertialParameters], factor: float = 1.0) -> InertialParameters:
     """Bodies in one frame as one body, its mass and tensor times `factor`.
 
     Computed in double precision; the result is in the precision that JAX works in.

@@ -18,7 +18,13 @@ import trimesh
 
 from mjx_inertia.objects.convex_solids import Pieces, hull_vertices
 from mjx_inertia.objects.decomposition import object_pieces
-from mjx_inertia.objects.file_body import FileBody, FileShape, joined_exactly, placed, read_mesh
+from mjx_inertia.objects.file_body import (
+    FileBody,
+    FileShape,
+    combine_bodies_float64,
+    read_mesh,
+    transform_mesh,
+)
 from mjx_inertia.objects.from_parts import SUPPORT_DEPTH, main_color
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, to_manifold, union
 from mjx_inertia.objects.mass_properties import is_positive, known_solid_properties
@@ -228,7 +234,7 @@ def _sound(solid: FileShape, repair: bool) -> FileShape:
 def _lifted(shapes: Sequence[FileShape], by: float) -> tuple[FileShape, ...]:
     matrix = np.eye(4)
     matrix[2, 3] = by
-    return tuple(dataclasses.replace(s, mesh=placed(s.mesh, matrix)) for s in shapes)
+    return tuple(dataclasses.replace(s, mesh=transform_mesh(s.mesh, matrix)) for s in shapes)
 
 
 def _uniform(solid: manifold3d.Manifold, density: float) -> InertialParameters:
@@ -254,7 +260,9 @@ def _parts(
     )
     if any(not part.density > 0.0 for part in parts):
         return ()
-    total = joined_exactly([_uniform(to_manifold(part.mesh), part.density) for part in parts])
+    total = combine_bodies_float64(
+        [_uniform(to_manifold(part.mesh), part.density) for part in parts]
+    )
     for found, stated in zip(jax.tree.leaves(total), jax.tree.leaves(inertial), strict=True):
         if not np.allclose(found, stated, rtol=0.0, atol=_AGREE * np.abs(stated).max()):
             return ()

@@ -16,7 +16,14 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.search.archive import Archive, ArchiveSettings, add, empty_archive, in_use, scale
+from mjx_inertia.search.archive import (
+    Archive,
+    ArchiveSettings,
+    cost_range,
+    empty_archive,
+    in_use,
+    update_archive,
+)
 from mjx_inertia.search.box import into_box, out_of_box
 from mjx_inertia.search.decomposition import decomposition
 from mjx_inertia.search.loop import run_search
@@ -153,9 +160,9 @@ class Strategies:
         flat = free.reshape(-1, self.problem.dimension)
         decisions = jax.vmap(lambda x: into_box(self.problem, x))(flat)
         found = evaluate_all(self.problem, decisions)
-        archive = add(state.archive, decisions, found, weights, self.settings.archive)
+        archive = update_archive(state.archive, decisions, found, weights, self.settings.archive)
         ideal = jnp.minimum(state.ideal, least_costs(found))
-        span = scale(archive, ideal)
+        span = cost_range(archive, ideal)
         if _has_population(strategy):
             known = in_use(state.archive) > 1
             ideal = jnp.where(known, state.ideal, ideal)

@@ -16,10 +16,16 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.search.archive import Archive, ArchiveSettings, add, empty_archive, scale
+from mjx_inertia.search.archive import (
+    Archive,
+    ArchiveSettings,
+    cost_range,
+    empty_archive,
+    update_archive,
+)
 from mjx_inertia.search.box import into_box, out_of_box
 from mjx_inertia.search.loop import run_search
-from mjx_inertia.search.problem import Evaluation, Problem, least_costs, marked
+from mjx_inertia.search.problem import Evaluation, Problem, least_costs, mark_failures
 from mjx_inertia.search.result import SearchResult
 from mjx_inertia.search.sampling import latin_hypercube
 from mjx_inertia.search.weights import spread_weights
@@ -168,10 +174,10 @@ class Gradients:
         (costs, violation), back, decisions = jax.vjp(
             jax.vmap(self._evaluated), state.free, has_aux=True
         )
-        found = marked(self.problem, Evaluation(costs, violation))
-        archive = add(state.archive, decisions, found, weights, self.settings.archive)
+        found = mark_failures(self.problem, Evaluation(costs, violation))
+        archive = update_archive(state.archive, decisions, found, weights, self.settings.archive)
         ideal = jnp.minimum(state.ideal, least_costs(found))
-        scaling = (jnp.where(jnp.isfinite(ideal), ideal, 0.0), scale(archive, ideal))
+        scaling = (jnp.where(jnp.isfinite(ideal), ideal, 0.0), cost_range(archive, ideal))
 
         def single(costs: Array, violation: Array, weight: Array) -> Float[Array, ""]:
             value = smooth_tchebycheff(costs, weight, scaling, self.settings.smoothing)

@@ -17,7 +17,14 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
-from mjx_inertia.search.archive import Archive, ArchiveSettings, add, empty_archive, in_use, scale
+from mjx_inertia.search.archive import (
+    Archive,
+    ArchiveSettings,
+    cost_range,
+    empty_archive,
+    in_use,
+    update_archive,
+)
 from mjx_inertia.search.decomposition import decomposition
 from mjx_inertia.search.loop import run_search
 from mjx_inertia.search.problem import Evaluation, Problem, evaluate_all, least_costs
@@ -166,9 +173,11 @@ class Moead:
             state.held,
             found,
         )
-        archive = add(state.archive, made, found, subproblems.weights, self.settings.archive)
+        archive = update_archive(
+            state.archive, made, found, subproblems.weights, self.settings.archive
+        )
         ideal = jnp.minimum(state.ideal, least_costs(found))
-        span = scale(archive, ideal) if self.settings.normalised else jnp.ones_like(ideal)
+        span = cost_range(archive, ideal) if self.settings.normalised else jnp.ones_like(ideal)
         offered = found._replace(violation=jnp.where(first, jnp.inf, found.violation))
         child = replaced(subproblems, held, offered, owners, (ideal, span))
 

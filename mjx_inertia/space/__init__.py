@@ -9,7 +9,7 @@ from mjx_inertia.space import planar_dynamics
 from mjx_inertia.space.animation import save_animation
 from mjx_inertia.space.arms_on_base import servicer, servicer_capture, with_arms
 from mjx_inertia.space.clearance import clearance
-from mjx_inertia.space.closure import close, follow, gap
+from mjx_inertia.space.closure import close_chain, closed_chain_motion, closure_error
 from mjx_inertia.space.default_manoeuvres import (
     AS_PRINTED,
     planar_manoeuvre,
@@ -18,11 +18,11 @@ from mjx_inertia.space.default_manoeuvres import (
 )
 from mjx_inertia.space.disagreement import Disagreement, disagreement
 from mjx_inertia.space.dynamics import (
-    forward_dynamics,
+    floating_base_forward_dynamics,
+    floating_base_inverse_dynamics,
     generalized_jacobian,
     hand_jacobians,
     inertias,
-    inverse_dynamics,
     momentum_map,
     reduced_forces,
     reduced_inertia,
@@ -31,7 +31,12 @@ from mjx_inertia.space.dynamics import (
 from mjx_inertia.space.end_configuration import ManoeuvreSettings, end_configuration, plan_manoeuvre
 from mjx_inertia.space.figures import fronts_figure, parallel_figure, path_figure, progress_figure
 from mjx_inertia.space.load import load_space_robot
-from mjx_inertia.space.load_sharing import grasp_map, hand_wrenches, share, shared_load_torques
+from mjx_inertia.space.load_sharing import (
+    distribute_wrench,
+    dual_arm_grasp_map,
+    hand_wrenches,
+    shared_load_torques,
+)
 from mjx_inertia.space.manoeuvre import Course, CourseStatus, Manoeuvre, base_at, course
 from mjx_inertia.space.mjcf import space_mjcf, space_spec
 from mjx_inertia.space.node import Node, node
@@ -42,11 +47,11 @@ from mjx_inertia.space.objectives import (
     OBJECTIVES,
     THESIS,
     WRENCH,
-    arriving,
     costs,
-    freed,
     problem,
     violation,
+    with_base_rotation,
+    with_object_at_target,
 )
 from mjx_inertia.space.path import Path, path
 from mjx_inertia.space.planar_robot import PlanarSettings, planar_capture, planar_robot
@@ -77,25 +82,24 @@ __all__ = [
     "Replay",
     "ReplaySettings",
     "SpaceRobot",
-    "arriving",
     "base_at",
     "clearance",
-    "close",
+    "close_chain",
+    "closed_chain_motion",
+    "closure_error",
     "costs",
     "course",
     "disagreement",
+    "distribute_wrench",
+    "dual_arm_grasp_map",
     "end_configuration",
-    "follow",
-    "forward_dynamics",
-    "freed",
+    "floating_base_forward_dynamics",
+    "floating_base_inverse_dynamics",
     "fronts_figure",
-    "gap",
     "generalized_jacobian",
-    "grasp_map",
     "hand_jacobians",
     "hand_wrenches",
     "inertias",
-    "inverse_dynamics",
     "joint_motion",
     "load_space_robot",
     "momentum_map",
@@ -120,11 +124,12 @@ __all__ = [
     "servicer",
     "servicer_capture",
     "servicer_manoeuvre",
-    "share",
     "shared_load_torques",
     "space_mjcf",
     "space_spec",
     "velocity_forces",
     "violation",
     "with_arms",
+    "with_base_rotation",
+    "with_object_at_target",
 ]

@@ -17,7 +17,7 @@ from mjx_inertia.robots.rigid_links import (
     pose,
     stacked_links,
 )
-from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, entry, stacked_poses
+from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, pose_at_index, stacked_poses
 from mjx_inertia.spatial import InertialParameters, Pose
 
 SIDES = ("right", "left")
@@ -50,7 +50,7 @@ def with_arms(
     poses, links, parents, hands, names = [], [], [], [], []
     for side, arm, mount in zip(SIDES, arms, mounts, strict=True):
         first = len(parents)
-        chain = [entry(arm.T_parent_joint, i) for i in range(arm.dof)]
+        chain = [pose_at_index(arm.T_parent_joint, i) for i in range(arm.dof)]
         poses += [mount @ arm.T_world_base @ chain[0], *chain[1:]]
         links += _links(arm)
         parents += [BASE, *range(first, first + arm.dof - 1)]

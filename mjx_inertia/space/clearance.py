@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.robot import BASE, Capture, SpaceRobot
-from mjx_inertia.space.tree_recursions import compose, frame_of, frames, held_frames
+from mjx_inertia.space.tree_recursions import compose_frames, frame_of, frames, held_frames
 from mjx_inertia.spatial.components import root, stacked
 from mjx_inertia.spatial.extremes import greatest, least
 
@@ -57,7 +57,9 @@ def _segments(
     for i, link in enumerate(links):
         children = [k for k, parent in enumerate(robot.parents) if parent == i]
         if i in robot.hands:
-            ends.append(compose(link, frame_of(robot.T_link_hand, robot.hands.index(i))).origin)
+            ends.append(
+                compose_frames(link, frame_of(robot.T_link_hand, robot.hands.index(i))).origin
+            )
         elif children:
             ends.append(links[children[0]].origin)
         else:

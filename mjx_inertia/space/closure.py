@@ -67,7 +67,7 @@ def following_joints(robot: SpaceRobot, leading: Sequence[int]) -> tuple[int, ..
     return rest
 
 
-def gap(
+def closure_error(
     robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]
 ) -> tuple[Float[Array, " k"], Float[Array, "k n"]]:
     """How far the object in the second hand is from that in the first, and its Jacobian.
@@ -78,7 +78,7 @@ def gap(
     return stacked(apart, q.dtype), stacked(rows, q.dtype).T
 
 
-def close(
+def close_chain(
     robot: SpaceRobot, capture: Capture, q: Float[Array, " n"], following: Sequence[int]
 ) -> Float[Array, " n"]:
     """`q` with the following joints moved until the hands hold the object alike: Newton's method.
@@ -96,7 +96,7 @@ def close(
     return _newton(robot, capture, q.at[index].set(near[index]), following)
 
 
-def follow(
+def closed_chain_motion(
     robot: SpaceRobot,
     capture: Capture,
     motion: JointMotion,
@@ -115,7 +115,7 @@ def follow(
     index = np.array(following)
 
     def onward(near: Float[Array, " f"], q: Float[Array, " n"]) -> tuple[Array, Array]:
-        closed = close(robot, capture, q.at[index].set(near), following)
+        closed = close_chain(robot, capture, q.at[index].set(near), following)
         return closed[index], closed
 
     _, q = jax.lax.scan(onward, start[index], motion.q)

@@ -11,7 +11,7 @@ from numpy import ndarray
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.space.replay import Replay
-from mjx_inertia.space.robot import entry
+from mjx_inertia.space.robot import pose_at_index
 from mjx_inertia.spatial import Pose
 
 _NO_WAY = 1e-9  # m, rad: less than that is no displacement to compare with
@@ -45,9 +45,9 @@ class Disagreement:
 def disagreement(replay: Replay) -> Disagreement:
     """How far the simulation is from the prediction."""
     a, b = replay.predicted, replay.simulated
-    wanted, reached = entry(a.T_world_base, -1), entry(b.T_world_base, -1)
+    wanted, reached = pose_at_index(a.T_world_base, -1), pose_at_index(b.T_world_base, -1)
     apart, between = _between(wanted, reached)
-    went, turned = _between(entry(b.T_world_base, 0), reached)
+    went, turned = _between(pose_at_index(b.T_world_base, 0), reached)
 
     def hands(part: slice) -> tuple[float, float]:
         shares = [_share(a.hand_wrenches[:, k, part], b.hand_wrenches[:, k, part]) for k in (0, 1)]

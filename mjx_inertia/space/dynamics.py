@@ -60,7 +60,7 @@ def inertias(robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = No
     )
 
 
-def inverse_dynamics(
+def floating_base_inverse_dynamics(
     robot: SpaceRobot,
     q: Float[Array, " n"],
     base: tuple[Float[Array, " k"], Float[Array, " k"]],
@@ -93,7 +93,7 @@ def velocity_forces(
 ) -> Forces:
     """c_b and c_m of Eq. 7.1: Coriolis and centrifugal forces."""
     still = jnp.zeros_like(base_twist), jnp.zeros_like(qd)
-    return inverse_dynamics(robot, q, (base_twist, still[0]), (qd, still[1]), held)
+    return floating_base_inverse_dynamics(robot, q, (base_twist, still[0]), (qd, still[1]), held)
 
 
 def momentum_map(matrix: Inertias) -> Float[Array, "k n"]:
@@ -140,7 +140,7 @@ def reduced_forces(matrix: Inertias, forces: Forces) -> Float[Array, " n"]:
     return forces.joints + momentum_map(matrix).T @ forces.base
 
 
-def forward_dynamics(
+def floating_base_forward_dynamics(
     robot: SpaceRobot,
     q: Float[Array, " n"],
     base_twist: Float[Array, " k"],

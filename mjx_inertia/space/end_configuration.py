@@ -19,7 +19,7 @@ from mjx_inertia.space.manoeuvre import Manoeuvre, base_at, rotation_vector
 from mjx_inertia.space.node import check_momentum
 from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
 from mjx_inertia.space.tree_recursions import frames, held_frames
-from mjx_inertia.spatial import AnyArray, Consistency, Pose, check_consistency, explain
+from mjx_inertia.spatial import AnyArray, Consistency, Pose, check_consistency, explain_consistency
 from mjx_inertia.spatial.components import stacked
 
 MOTIONS = ("consistent", "independent")
@@ -163,7 +163,9 @@ def check_capture(capture: Capture) -> None:
     if not mass > 0.0:
         raise ValueError(f"`capture` has a mass of {mass} kg: expected more than zero")
     if int(check_consistency(capture.inertial)) > Consistency.ON_BOUNDARY:
-        raise ValueError(f"`capture` is no body that can be: {explain(capture.inertial)}")
+        raise ValueError(
+            f"`capture` is no body that can be: {explain_consistency(capture.inertial)}"
+        )
 
 
 def _check_robot(robot: SpaceRobot) -> None:

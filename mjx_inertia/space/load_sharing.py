@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from mjx_inertia.robots.chain import joints_at, unstack
-from mjx_inertia.space.dynamics import hand_jacobians, inverse_dynamics
+from mjx_inertia.space.dynamics import floating_base_inverse_dynamics, hand_jacobians
 from mjx_inertia.space.node import Node
 from mjx_inertia.space.robot import Capture, SpaceRobot
 from mjx_inertia.space.tree_recursions import (
@@ -23,7 +23,9 @@ from mjx_inertia.space.tree_recursions import (
 from mjx_inertia.spatial.components import add, apply, components, cross, stacked, subtract
 
 
-def grasp_map(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Float[Array, "k m"]:
+def dual_arm_grasp_map(
+    robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]
+) -> Float[Array, "k m"]:
     """G: from both hands' wrenches to the one about the object's CoM, in the base's axes.
 
     Murray, Li and Sastry 1994, Sec. 5.2; thesis Eq. 7.9.
@@ -42,7 +44,7 @@ def grasp_map(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Flo
     return jnp.concatenate(blocks, 1)
 
 
-def share(
+def distribute_wrench(
     grasp: Float[Array, "k m"],
     wrench: Float[Array, " k"],
     squeeze: Float[Array, " m"] | None = None,
@@ -80,7 +82,7 @@ def hand_wrenches(
     force, moment = scatter_axes(robot, unstack(instant.object_wrench))
     turn = components(instant.object_rotation)
     total = stacked(select_axes(robot, apply(turn, force), apply(turn, moment)), q.dtype)
-    return share(grasp_map(robot, capture, q), total, squeeze).reshape(2, -1)
+    return distribute_wrench(dual_arm_grasp_map(robot, capture, q), total, squeeze).reshape(2, -1)
 
 
 def shared_load_torques(
@@ -103,6 +105,6 @@ def shared_load_torques(
       hands: `hand_wrenches` at that instant.
     """
     motion = instant.base_twist, instant.base_acceleration
-    alone = inverse_dynamics(robot, q, motion, rates)
+    alone = floating_base_inverse_dynamics(robot, q, motion, rates)
     _, of_joints = hand_jacobians(robot, q)
     return alone.joints + of_joints.reshape(-1, robot.dof).T @ hands.ravel()

@@ -19,10 +19,10 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.robots.chain import joints_at, unstack
-from mjx_inertia.space.closure import follow, gap
+from mjx_inertia.space.closure import closed_chain_motion, closure_error
 from mjx_inertia.space.node import Node, node
-from mjx_inertia.space.quadrature import Rule, attitude, gauss, integral, unresolved
-from mjx_inertia.space.robot import Capture, SpaceRobot, entry
+from mjx_inertia.space.quadrature import Rule, attitude, gauss_legendre, integrate, unresolved
+from mjx_inertia.space.robot import Capture, SpaceRobot, pose_at_index
 from mjx_inertia.space.trajectory import COEFFICIENTS, JointMotion, joint_motion
 from mjx_inertia.space.tree_recursions import center_of_mass, frames, hand_frames, tree_bodies
 from mjx_inertia.spatial import AnyArray, Pose
@@ -87,7 +87,7 @@ class Manoeuvre:
     @property
     def rule(self) -> Rule:
         """The quadrature."""
-        return gauss(self.nodes)
+        return gauss_legendre(self.nodes)
 
 
 @struct.dataclass
@@ -178,7 +178,9 @@ def _gaps(m: Manoeuvre, dtype: jnp.dtype) -> Float[Array, "g 2"]:
     if not m.consistent:
         return jnp.zeros((0, 2), dtype)
     linear = sum(axis < 3 for axis in m.robot.axes)
-    apart = [gap(m.robot, m.capture, jnp.asarray(q, dtype))[0] for q in (m.q_start, m.q_end)]
+    apart = [
+        closure_error(m.robot, m.capture, jnp.asarray(q, dtype))[0] for q in (m.q_start, m.q_end)
+    ]
     parts = [jnp.stack([root(jnp.sum(x**2)) for x in (g[:linear], g[linear:])]) for g in apart]
     return jnp.stack(parts)
 
@@ -199,7 +201,7 @@ def motion_at(
     start, end = (jnp.asarray(q, coefficients.dtype) for q in (m.q_start, m.q_end))
     motion = joint_motion(tau, m.duration, (start, end), (robot.lower, robot.upper), full)
     if m.consistent:
-        return follow(robot, m.capture, motion, start, m.following)
+        return closed_chain_motion(robot, m.capture, motion, start, m.following)
     return motion
 
 
@@ -208,7 +210,7 @@ def _final_base(
 ) -> tuple[Pose, Float[Array, "3"]]:
     """T_world_base at the end and its rotation vector."""
     if m.robot.planar:
-        angle = integral(twist[:, 2], m.rule, m.duration)
+        angle = integrate(twist[:, 2], m.rule, m.duration)
         turn = jnp.zeros(3, twist.dtype).at[2].set(angle)
         return base_at(m, _about_z(angle), q_end), turn
     rotation = attitude(twist[:, 3:], m.duration)
@@ -222,7 +224,7 @@ def _hand_errors(
     reached = [
         T_world_base @ Pose(*(stacked(part, q_end.dtype) for part in hand)) for hand in hands
     ]
-    wanted = [m.T_world_obj @ entry(m.capture.T_hand_obj, k).inverse() for k in (0, 1)]
+    wanted = [m.T_world_obj @ pose_at_index(m.capture.T_hand_obj, k).inverse() for k in (0, 1)]
     place = [a.translation - b.translation for a, b in zip(reached, wanted, strict=True)]
     between = [a.rotation @ b.rotation.T for a, b in zip(reached, wanted, strict=True)]
     return jnp.stack(place), jnp.stack([rotation_vector(m.robot, R) for R in between])

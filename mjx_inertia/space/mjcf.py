@@ -20,7 +20,7 @@ from mjx_inertia.robots.mjcf_parts import (
     set_inertial,
 )
 from mjx_inertia.robots.rigid_links import float64_parameters
-from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, entry
+from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, pose_at_index
 from mjx_inertia.spatial import InertialParameters, Pose
 
 HANDS = ("right", "left")
@@ -53,7 +53,7 @@ def space_spec(robot: SpaceRobot, capture: Capture | None = None) -> mujoco.MjSp
         base.add_freejoint(name="free")
     bodies = _links(robot, base)
     for k, (side, link) in enumerate(zip(HANDS, robot.hands, strict=True)):
-        T_link_hand = entry(robot.T_link_hand, k)
+        T_link_hand = pose_at_index(robot.T_link_hand, k)
         add_limb(bodies[link], np.asarray(T_link_hand.translation), robot.radius)
         site = {"size": [0.01, 0.01, 0.01], **placement(T_link_hand)}
         if capture is None:
@@ -74,7 +74,7 @@ def _links(robot: SpaceRobot, base: mujoco.MjsBody) -> list[mujoco.MjsBody]:
     bodies: list[mujoco.MjsBody] = []
     names = joint_names(robot.joint_names, robot.dof)
     for i, (name, parent) in enumerate(zip(names, robot.parents, strict=True)):
-        T_parent_joint = entry(robot.T_parent_joint, i)
+        T_parent_joint = pose_at_index(robot.T_parent_joint, i)
         before = base if parent == BASE else bodies[parent]
         if parent != BASE:
             add_limb(before, np.asarray(T_parent_joint.translation), robot.radius)
@@ -95,8 +95,8 @@ def _hold(
     A force sensor shows what a body's parent exerts on it. So the second hand is a body without
     mass, `palm`: what its link exerts on it, it passes on to the object.
     """
-    T_hand_obj = [entry(capture.T_hand_obj, k) for k in (0, 1)]
-    T_link_hand = [entry(robot.T_link_hand, k) for k in (0, 1)]
+    T_hand_obj = [pose_at_index(capture.T_hand_obj, k) for k in (0, 1)]
+    T_link_hand = [pose_at_index(robot.T_link_hand, k) for k in (0, 1)]
     held = bodies[robot.hands[0]].add_body(
         name="object", **placement(T_link_hand[0] @ T_hand_obj[0])
     )

@@ -17,7 +17,7 @@ from mjx_inertia.space.dynamics import (
     momentum_map,
     reduced_inertia,
 )
-from mjx_inertia.space.load_sharing import grasp_map
+from mjx_inertia.space.load_sharing import dual_arm_grasp_map
 from mjx_inertia.space.node import check_momentum, node
 from mjx_inertia.space.robot import Capture, SpaceRobot
 from mjx_inertia.space.tree_recursions import scatter_axes, select_axes
@@ -86,8 +86,8 @@ def object_to_joints(
     held = capture if momentum == "system" else None
     matrix = inertias(robot, q, held)
     J_g = generalized_jacobian(robot, q, held)
-    eased = jnp.linalg.solve(reduced_inertia(matrix), J_g.T)
-    return eased @ jnp.linalg.solve(J_g @ eased, grasp_map(robot, capture, q).T)
+    response = jnp.linalg.solve(reduced_inertia(matrix), J_g.T)
+    return response @ jnp.linalg.solve(J_g @ response, dual_arm_grasp_map(robot, capture, q).T)
 
 
 def _object_inertia(

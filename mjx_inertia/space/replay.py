@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from mjx_inertia.space.manoeuvre import CourseStatus, Manoeuvre, course
 from mjx_inertia.space.mjcf import HANDS, space_spec
 from mjx_inertia.space.path import Path, path
-from mjx_inertia.space.robot import entry
+from mjx_inertia.space.robot import pose_at_index
 from mjx_inertia.spatial import AnyArray, Pose
 
 
@@ -52,7 +52,7 @@ class ReplaySettings:
 
 
 @dataclasses.dataclass(frozen=True)
-class Signals:
+class ReplaySignals:
     """What can be measured, at t times.
 
     Attributes:
@@ -84,8 +84,8 @@ class Replay:
     """
 
     time: Float[ndarray, " t"]
-    predicted: Signals
-    simulated: Signals
+    predicted: ReplaySignals
+    simulated: ReplaySignals
     joint_error: Float[ndarray, "t n"]
     momentum: Float[ndarray, "t 6"]
     energy: Float[ndarray, " t"]
@@ -130,7 +130,7 @@ def replay(
 
 def _simulated(
     m: Manoeuvre, wanted: Path, time: Float[ndarray, " t"], s: ReplaySettings
-) -> tuple[Signals, tuple[ndarray, ndarray, ndarray]]:
+) -> tuple[ReplaySignals, tuple[ndarray, ndarray, ndarray]]:
     per_sample = int(np.ceil((time[1] - time[0]) / s.step))
     step = (time[1] - time[0]) / per_sample
     model = _model(m, step, s.weld_time)
@@ -208,9 +208,9 @@ def _reading(model: mujoco.MjModel, data: mujoco.MjData, n: int) -> dict[str, nd
 
 def _signals(
     m: Manoeuvre, rows: list[dict[str, ndarray]]
-) -> tuple[Signals, tuple[ndarray, ndarray, ndarray]]:
+) -> tuple[ReplaySignals, tuple[ndarray, ndarray, ndarray]]:
     column = {key: np.stack([row[key] for row in rows]) for key in rows[0]}
-    signals = Signals(
+    signals = ReplaySignals(
         Pose(column["base_rotation"], column["base_place"]),
         Pose(column["obj_rotation"], column["obj_place"]),
         column["wrenches"],
@@ -219,7 +219,7 @@ def _signals(
     return signals, (column["q"], column["momentum"], column["energy"])
 
 
-def _predicted(m: Manoeuvre, wanted: Path, time: Float[ndarray, " t"]) -> Signals:
+def _predicted(m: Manoeuvre, wanted: Path, time: Float[ndarray, " t"]) -> ReplaySignals:
     """The path at the times of the samples."""
 
     def at(values: ndarray) -> ndarray:
@@ -236,11 +236,11 @@ def _predicted(m: Manoeuvre, wanted: Path, time: Float[ndarray, " t"]) -> Signal
     on_object[:, axes] = wanted.nodes.object_wrench
     turns = [
         np.asarray(wanted.nodes.object_rotation)
-        @ np.asarray(entry(m.capture.T_hand_obj, k).rotation).T
+        @ np.asarray(pose_at_index(m.capture.T_hand_obj, k).rotation).T
         for k in (0, 1)
     ]  # of the hands in the base
     by_hand = np.stack([_turned_back(R, in_base[:, k]) for k, R in enumerate(turns)], 1)
-    return Signals(
+    return ReplaySignals(
         pose_at(wanted.T_world_base), pose_at(wanted.T_world_obj), at(by_hand), at(on_object)
     )
 
@@ -249,7 +249,7 @@ def _about_com(m: Manoeuvre, wrenches: Float[ndarray, "t 2 6"]) -> Float[ndarray
     """Sum of the hands' wrenches in the object's axes about its CoM."""
     total = np.zeros((len(wrenches), 6))
     for k in (0, 1):
-        T_obj_hand = entry(m.capture.T_hand_obj, k).inverse()
+        T_obj_hand = pose_at_index(m.capture.T_hand_obj, k).inverse()
         turn = np.asarray(T_obj_hand.rotation)
         force, moment = wrenches[:, k, :3] @ turn.T, wrenches[:, k, 3:] @ turn.T
         lever = np.asarray(T_obj_hand.translation) - np.asarray(m.capture.inertial.com)

@@ -125,7 +125,7 @@ def frames(robot: SpaceRobot, joints: list[Joint]) -> list[Frame]:
 def hand_frames(robot: SpaceRobot, links: list[Frame]) -> list[Frame]:
     """Both hands in the base."""
     return [
-        compose(_parent_frame(links, link), frame_of(robot.T_link_hand, k))
+        compose_frames(_parent_frame(links, link), frame_of(robot.T_link_hand, k))
         for k, link in enumerate(robot.hands)
     ]
 
@@ -133,12 +133,12 @@ def hand_frames(robot: SpaceRobot, links: list[Frame]) -> list[Frame]:
 def held_frames(robot: SpaceRobot, capture: Capture, links: list[Frame]) -> list[Frame]:
     """The object in the base as each hand has it."""
     return [
-        compose(hand, frame_of(capture.T_hand_obj, k))
+        compose_frames(hand, frame_of(capture.T_hand_obj, k))
         for k, hand in enumerate(hand_frames(robot, links))
     ]
 
 
-def compose(before: Frame, frame: Frame) -> Frame:
+def compose_frames(before: Frame, frame: Frame) -> Frame:
     """A frame given in another, in what the other is given in."""
     origin = once(add(before.origin, apply(before.rotation, frame.origin)))
     return Frame(once(multiply(before.rotation, frame.rotation)), origin)
@@ -313,7 +313,7 @@ def frame_of(poses: Pose, k: int) -> Frame:
 
 def _placed(params: InertialParameters, T_link_hand: Frame, T_hand_obj: Frame) -> Body:
     """A body in the axes and about the origin of the link that holds it."""
-    frame = compose(T_link_hand, T_hand_obj)
+    frame = compose_frames(T_link_hand, T_hand_obj)
     # a joint that has been turned is a frame in a frame
     fixed = Joint(frame.rotation, frame.origin, ZERO, False)
     return body_in_parent(fixed, body_from_parameters(params))

@@ -11,18 +11,18 @@ from scipy.stats import multivariate_normal
 
 from mjx_inertia.estimators import MlpSettings, load_fitted, mlp, mlp_training, save_fitted
 from mjx_inertia.estimators.mlp import _block, fit_mlp, predict_mlp
-from mjx_inertia.estimators.mlp_checkpoint import read_checkpoint, write_checkpoint
+from mjx_inertia.estimators.mlp_checkpoint import read_mlp_checkpoint, write_mlp_checkpoint
 from mjx_inertia.estimators.mlp_network import (
     Normal,
     Shape,
+    apply_network,
     covariance_of,
-    evaluate,
     initial_weights,
     input_scale,
     inputs_of,
     surprise,
 )
-from mjx_inertia.estimators.mlp_training import Recipe, TrainingRows, train_network
+from mjx_inertia.estimators.mlp_training import TrainingRows, TrainingSettings, train_network
 from mjx_inertia.features import FeatureSettings, feature_names
 from mjx_inertia.features.series import BINS, MEAN_FORCE, SCALES, series_grid
 
@@ -81,7 +81,7 @@ def test_inputs_are_standardised_and_bounded():
 def test_before_training_the_network_is_its_linear_start():
     rows, shape = regression(), Shape(inputs=8, width=16, depth=2)
     start = jnp.asarray(np.random.default_rng(3).normal(size=(8, 4)), jnp.float32)
-    normal = evaluate(shape, initial_weights(shape, start, key=KEY), rows.inputs)
+    normal = apply_network(shape, initial_weights(shape, start, key=KEY), rows.inputs)
     np.testing.assert_allclose(normal.mean, rows.inputs @ start, rtol=1e-4, atol=1e-5)
     np.testing.assert_array_equal(normal.factor, np.broadcast_to(np.eye(4), normal.factor.shape))
 
@@ -103,11 +103,13 @@ def test_mass_starts_in_proportion_to_the_mean_force():
 
 def test_early_stopping_restores_the_best_weights():
     rows, shape = regression(), Shape(inputs=8, width=64, depth=2)
-    recipe = Recipe(epochs=200, batch=32, learning_rate=3e-3, weight_decay=0.0, patience=15)
+    recipe = TrainingSettings(
+        epochs=200, batch=32, learning_rate=3e-3, weight_decay=0.0, patience=15
+    )
     best = train_network(rows, shape, recipe, key=KEY)
 
     def held_out(weights):
-        found = evaluate(shape, weights, rows.inputs_aside)
+        found = apply_network(shape, weights, rows.inputs_aside)
         return float(surprise(found, rows.targets_aside))
 
     first, order = jax.random.split(KEY)
@@ -167,14 +169,14 @@ def test_a_checkpoint_of_another_fit_is_not_gone_on_from(tmp_path):
 def test_damaged_checkpoints_are_refused(tmp_path):
     path = tmp_path / "mlp.npz"
     tree = {"a": jnp.arange(3.0), "b": jnp.zeros((), jnp.int32)}
-    assert read_checkpoint(path, "this", tree) is None
-    write_checkpoint(path, "this", tree)
-    assert equal(read_checkpoint(path, "this", tree), tree)
-    assert read_checkpoint(path, "that", tree) is None
+    assert read_mlp_checkpoint(path, "this", tree) is None
+    write_mlp_checkpoint(path, "this", tree)
+    assert equal(read_mlp_checkpoint(path, "this", tree), tree)
+    assert read_mlp_checkpoint(path, "that", tree) is None
     for content in (b"", path.read_bytes()[:100], b"mass, inertia\n"):
         path.write_bytes(content)
         with pytest.raises(ValueError, match=r"mlp\.npz: expected a checkpoint"):
-            read_checkpoint(path, "this", tree)
+            read_mlp_checkpoint(path, "this", tree)
 
 
 def uneven(seed, number):

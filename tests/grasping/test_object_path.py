@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.grasping import TASKS, Move, Task, object_path, pose_on, quintic
+from mjx_inertia.grasping import TASKS, Move, Task, object_path, object_pose_at, quintic
 from mjx_inertia.grasping.motion import hand_path
 from mjx_inertia.spatial import Pose
 
@@ -33,7 +33,7 @@ def start_pose():
 
 
 def sampled(path):
-    return jax.vmap(lambda m, s: pose_on(path, m, s))(path.move, path.s)
+    return jax.vmap(lambda m, s: object_pose_at(path, m, s))(path.move, path.s)
 
 
 def test_the_quintic_is_at_rest_at_both_ends():

@@ -8,8 +8,8 @@ import pytest
 
 from mjx_inertia.space import (
     PlanarSettings,
+    dual_arm_grasp_map,
     generalized_jacobian,
-    grasp_map,
     node,
     object_dynamics,
     object_to_joints,
@@ -40,7 +40,7 @@ def terms(states):
     m = planned.consistent()
 
     def one(q, qd, qdd):
-        found, G = {}, grasp_map(m.robot, m.capture, q)
+        found, G = {}, dual_arm_grasp_map(m.robot, m.capture, q)
         for momentum in MOMENTA:
             held = m.capture if momentum == "system" else None
             J_g = generalized_jacobian(m.robot, q, held)
@@ -93,10 +93,10 @@ def test_inertia_at_the_object(momentum, states, terms):
     q, zero = states[0], np.zeros(len(states[0]))
     planar = planned.planar_matrices(q, zero, with_object=momentum == "system")
     velocity = planar_dynamics.velocity_terms(PlanarSettings(), planar, np.zeros((len(q), 9)), np)
-    J_a = planar_dynamics.momentum_map(planar, np)
+    J_a = planar_dynamics.planar_momentum_map(planar, np)
     reduced = planar_dynamics.reduced_terms(planar, velocity, J_a, np)
     place = planned.held_by_hands(planar)[:, 0, :2]
-    G = planar_dynamics.grasp_map(place, planar.hands, np)
+    G = planar_dynamics.planar_grasp_map(place, planar.hands, np)
     B = np.linalg.solve(reduced.J_g, np.swapaxes(G, 1, 2))
     wanted = np.swapaxes(B, 1, 2) @ reduced.H_el @ B
     if momentum == "robot":

@@ -5,7 +5,7 @@ from mjx_inertia.estimators.sysid.estimator import FittedSysid, Identified, iden
 from mjx_inertia.estimators.sysid.fit import Fit, fit
 from mjx_inertia.estimators.sysid.identifiability import (
     Identifiability,
-    explain,
+    explain_identifiability,
     identifiability,
 )
 from mjx_inertia.estimators.sysid.normal_equations import NormalEquations, information, with_belief
@@ -33,7 +33,7 @@ __all__ = [
     "Search",
     "SysidSettings",
     "equations_at",
-    "explain",
+    "explain_identifiability",
     "fit",
     "from_planar_values",
     "identifiability",

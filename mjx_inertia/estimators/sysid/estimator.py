@@ -23,7 +23,7 @@ from mjx_inertia.estimators.sysid.normal_equations import DIVERGED
 from mjx_inertia.estimators.sysid.observation import observed
 from mjx_inertia.estimators.sysid.settings import SysidSettings
 from mjx_inertia.estimators.sysid.unknowns import bounds, from_planar_values, planar_values
-from mjx_inertia.features import Examples, take
+from mjx_inertia.features import Examples, take_examples
 from mjx_inertia.objects import ObjectModel, prism
 from mjx_inertia.pushing import PushSetup, PushStatus, build_scene
 
@@ -150,7 +150,7 @@ def identify(
             rows = np.flatnonzero(shape == number)
             obj = examples.shapes[int(number)]
             mine = _with_uniform_density(settings, obj) if settings.uniform_density else settings
-            part = _double(take(examples, rows))
+            part = _double(take_examples(examples, rows))
             assert part.setup is not None and part.records is not None
             centroid = np.asarray(obj.center[:2], float)
             start = _starts(fitted, part, mine, np.tile(centroid, (len(rows), 1)))

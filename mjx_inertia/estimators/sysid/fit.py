@@ -19,7 +19,7 @@ from mjx_inertia.estimators.sysid.normal_equations import wall_hessian
 from mjx_inertia.estimators.sysid.observation import Observation
 from mjx_inertia.estimators.sysid.search import Search, fits, misfit, search
 from mjx_inertia.estimators.sysid.settings import SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import draw
+from mjx_inertia.estimators.sysid.unknowns import random_restart
 from mjx_inertia.pushing import PushSetup, Scene
 from mjx_inertia.spatial import AnyArray
 
@@ -96,7 +96,7 @@ def fit(
     def drawn(bodies: np.ndarray, number: int) -> np.ndarray:
         """Start `number` of each body, near its first one."""
         own = functools.partial(jax.random.fold_in, jax.random.fold_in(key, number))
-        near = functools.partial(draw, settings=settings)
+        near = functools.partial(random_restart, settings=settings)
         return np.asarray(jax.vmap(near)(jax.vmap(own)(bodies), jnp.asarray(start)[bodies]))
 
     # 1. the first moments of all pushes

@@ -62,7 +62,7 @@ _WORDS = {
 }
 
 
-def explain(result: Identifiability, names: tuple[str, ...]) -> str:
+def explain_identifiability(result: Identifiability, names: tuple[str, ...]) -> str:
     """One sentence about what this push cannot tell; empty where it tells everything.
 
     Args:

@@ -2,7 +2,7 @@
 
 The simulation with its sensitivities is the dear part and is done by the caller, for the problems
 of a batch that are still under way; the steps here are small. In: `NormalEquations` at the point
-asked for. Out: `Progress` with the next point to evaluate. Written for one problem.
+asked for. Out: `LevenbergMarquardtState` with the next point to evaluate. Written for one problem.
 """
 
 import equinox as eqx
@@ -25,7 +25,7 @@ _SOLVER = optx.LevenbergMarquardt(rtol=_ACCURACY, atol=_ACCURACY)
 
 
 @struct.dataclass
-class Progress:
+class LevenbergMarquardtState:
     """A search under way.
 
     Attributes:
@@ -69,11 +69,11 @@ def _initial(z: Float[Array, " p"], equations: NormalEquations) -> PyTree:
     return _SOLVER.init(_function, z, equations, {}, shape, None, frozenset())
 
 
-def begin(z: Float[Array, " p"]) -> Progress:
+def levenberg_marquardt_start(z: Float[Array, " p"]) -> LevenbergMarquardtState:
     """A search that has not evaluated anything yet."""
     p = z.shape[0]
     nothing = NormalEquations(jnp.zeros((), z.dtype), jnp.zeros_like(z), jnp.eye(p, dtype=z.dtype))
-    return Progress(
+    return LevenbergMarquardtState(
         ask=z,
         z=z,
         cost=jnp.full((), jnp.inf, z.dtype),
@@ -84,7 +84,9 @@ def begin(z: Float[Array, " p"]) -> Progress:
     )
 
 
-def step(progress: Progress, equations: NormalEquations) -> Progress:
+def levenberg_marquardt_step(
+    progress: LevenbergMarquardtState, equations: NormalEquations
+) -> LevenbergMarquardtState:
     """One evaluation further: takes the point asked for if it is better, and asks for the next.
 
     Args:
@@ -100,7 +102,7 @@ def step(progress: Progress, equations: NormalEquations) -> Progress:
     newton = jnp.linalg.solve(equations.hessian, equations.gradient)
     decrement = jnp.where(equations.cost < DIVERGED, 0.5 * equations.gradient @ newton, jnp.inf)
     at_minimum = better & (decrement < _DECREMENT)
-    return Progress(
+    return LevenbergMarquardtState(
         ask=state.y_eval,
         z=z,
         cost=jnp.where(better, equations.cost, progress.cost),
@@ -111,7 +113,7 @@ def step(progress: Progress, equations: NormalEquations) -> Progress:
     )
 
 
-def is_minimum(stalled: Progress) -> Bool[AnyArray, "*n"]:
+def is_minimum(stalled: LevenbergMarquardtState) -> Bool[AnyArray, "*n"]:
     """Whether searches that have stalled stand at a minimum where the derivative jumps.
 
     There the linear model of the best point still promises a gain, but a small one. Where it

@@ -16,7 +16,7 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia.estimators.sysid.observation import Observation, sample_residual
 from mjx_inertia.estimators.sysid.settings import SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import Instrument, beyond_bounds, to_parameters
+from mjx_inertia.estimators.sysid.unknowns import SensorErrors, beyond_bounds, to_parameters
 from mjx_inertia.pushing import PushParameters, PushSetup, Scene
 from mjx_inertia.pushing.rollout import State, initial_state, rollout
 from mjx_inertia.spatial import AnyArray
@@ -78,7 +78,7 @@ def information(
         k: Int[Array, ""],
     ) -> tuple[State, Float[Array, " w"]]:
         parameters: PushParameters
-        instrument: Instrument
+        instrument: SensorErrors
         parameters, instrument = to_parameters(z, setup, centroid, settings)
         state, sample = rollout(scene, parameters, setup.motion, state, k, 1)
         sample = jax.tree.map(lambda x: x[0], sample)

@@ -13,7 +13,12 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.estimators.sysid.batch import equations_at
-from mjx_inertia.estimators.sysid.levenberg_marquardt import Progress, begin, is_minimum, step
+from mjx_inertia.estimators.sysid.levenberg_marquardt import (
+    LevenbergMarquardtState,
+    is_minimum,
+    levenberg_marquardt_start,
+    levenberg_marquardt_step,
+)
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED, NormalEquations, with_belief
 from mjx_inertia.estimators.sysid.observation import Observation
 from mjx_inertia.estimators.sysid.settings import SysidSettings
@@ -22,8 +27,8 @@ from mjx_inertia.spatial import AnyArray
 
 _PATIENCE, _GAIN = 3, 0.01  # evaluations without this gain in cost end a search that fits
 
-_begin = jax.jit(jax.vmap(begin))
-_step = jax.jit(jax.vmap(step))
+_begin = jax.jit(jax.vmap(levenberg_marquardt_start))
+_step = jax.jit(jax.vmap(levenberg_marquardt_step))
 
 
 @struct.dataclass
@@ -144,7 +149,10 @@ def _stalled(costs: np.ndarray) -> np.ndarray:
 
 
 def misfit(
-    found: Search | Progress, observation: Observation, body: np.ndarray, seconds: float = np.inf
+    found: Search | LevenbergMarquardtState,
+    observation: Observation,
+    body: np.ndarray,
+    seconds: float = np.inf,
 ) -> np.ndarray:
     """Mean squared residual of each body, without the belief's part of the cost."""
     cost, z = np.asarray(found.cost), np.asarray(found.z)
@@ -153,7 +161,7 @@ def misfit(
 
 
 def fits(
-    found: Search | Progress,
+    found: Search | LevenbergMarquardtState,
     observation: Observation,
     body: np.ndarray,
     settings: SysidSettings,
@@ -168,7 +176,10 @@ def fits(
 
 
 def _residuals(
-    found: Search | Progress, observation: Observation, body: np.ndarray, seconds: float
+    found: Search | LevenbergMarquardtState,
+    observation: Observation,
+    body: np.ndarray,
+    seconds: float,
 ) -> np.ndarray:
     """How many residuals each body has."""
     samples = min(seconds / float(np.max(observation.interval)), observation.weight.shape[1])
