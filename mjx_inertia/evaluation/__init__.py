@@ -2,7 +2,6 @@
 
 from mjx_inertia.evaluation.accuracy_figures import calibration_histograms, predicted_against_true
 from mjx_inertia.evaluation.appearance import to_data_uri
-from mjx_inertia.evaluation.breakdown import CONDITIONS, BreakdownRow, breakdown
 from mjx_inertia.evaluation.condition_figures import (
     VariationGroup,
     error_averages,
@@ -10,6 +9,7 @@ from mjx_inertia.evaluation.condition_figures import (
     errors_by_condition,
     variation_boxes,
 )
+from mjx_inertia.evaluation.error_breakdown import CONDITIONS, BreakdownRow, breakdown
 from mjx_inertia.evaluation.errors import (
     TargetErrors,
     absolute_percent_difference,

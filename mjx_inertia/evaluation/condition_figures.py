@@ -24,7 +24,7 @@ from mjx_inertia.evaluation.appearance import (
     note,
     styled,
 )
-from mjx_inertia.evaluation.breakdown import (
+from mjx_inertia.evaluation.error_breakdown import (
     CONDITION_LABELS,
     Level,
     breakdown,

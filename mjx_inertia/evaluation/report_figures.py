@@ -12,12 +12,12 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from mjx_inertia.evaluation.accuracy_figures import calibration_histograms, predicted_against_true
-from mjx_inertia.evaluation.breakdown import condition_levels, condition_values
 from mjx_inertia.evaluation.condition_figures import (
     error_averages,
     error_images,
     errors_by_condition,
 )
+from mjx_inertia.evaluation.error_breakdown import condition_levels, condition_values
 from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 from mjx_inertia.evaluation.summary import TargetSummary, leading_estimator
 

@@ -1,6 +1,6 @@
 """A push as a vector with named entries."""
 
-from mjx_inertia.features.examples import (
+from mjx_inertia.features.example_table import (
     Examples,
     columns_of_set,
     concatenate,
@@ -8,7 +8,7 @@ from mjx_inertia.features.examples import (
     select_columns,
     take_examples,
 )
-from mjx_inertia.features.extract import FEATURE_SETS, examples, extract, feature_names
+from mjx_inertia.features.extraction import FEATURE_SETS, examples, extract, feature_names
 from mjx_inertia.features.signals import FeatureSettings
 
 __all__ = [

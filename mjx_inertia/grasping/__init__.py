@@ -17,10 +17,10 @@ from mjx_inertia.grasping.contact_model import (
 from mjx_inertia.grasping.evaluate import GraspCosts, evaluate_grasps, grasp_costs
 from mjx_inertia.grasping.grasp import Contacts, Grasp, grasps_at
 from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
-from mjx_inertia.grasping.gripping_force import ObjectMotion, gripping_force, holding_wrench
 from mjx_inertia.grasping.hand_clearance import GraspFit, grasp_fit
 from mjx_inertia.grasping.holding import greatest_gripping_force, object_motion
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings, conditioning, reach
+from mjx_inertia.grasping.jaw_force import ObjectMotion, gripping_force, holding_wrench
 from mjx_inertia.grasping.metrics import (
     METRICS,
     AlongPath,
@@ -29,15 +29,6 @@ from mjx_inertia.grasping.metrics import (
     velocity_manipulability,
 )
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, plan_motion
-from mjx_inertia.grasping.object_path import (
-    TASKS,
-    Move,
-    ObjectPath,
-    Task,
-    object_path,
-    object_pose_at,
-    quintic,
-)
 from mjx_inertia.grasping.payload_belief import (
     PayloadBelief,
     belief_of_push,
@@ -47,6 +38,15 @@ from mjx_inertia.grasping.payload_belief import (
 )
 from mjx_inertia.grasping.ranking import CRITERIA, GraspRanking, hands_of, rank_grasps
 from mjx_inertia.grasping.sampler import GraspSample, SamplerSettings, grasps_along, sample_grasps
+from mjx_inertia.grasping.task_path import (
+    TASKS,
+    Move,
+    ObjectPath,
+    Task,
+    object_path,
+    object_pose_at,
+    quintic,
+)
 from mjx_inertia.grasping.two_soft_fingers import least_normal_force, least_squeeze
 from mjx_inertia.grasping.uncertainty import (
     Regret,

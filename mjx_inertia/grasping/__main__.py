@@ -12,10 +12,10 @@ import numpy as np
 
 from mjx_inertia import runtime
 from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
-from mjx_inertia.grasping.object_path import TASKS, object_path
 from mjx_inertia.grasping.picture import picture_of, save_picture
 from mjx_inertia.grasping.ranking import CRITERIA, rank_grasps, ranking_table
 from mjx_inertia.grasping.sampler import SamplerSettings, sample_grasps
+from mjx_inertia.grasping.task_path import TASKS, object_path
 from mjx_inertia.objects import ObjectModel, import_object, load_catalogue
 from mjx_inertia.objects.catalogue.build import nearest
 from mjx_inertia.robots import Arm, baxter, load_arm, lwa4d

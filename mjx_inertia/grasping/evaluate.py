@@ -17,7 +17,7 @@ from mjx_inertia.grasping.augmented import with_payload
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings
 from mjx_inertia.grasping.metrics import METRICS, AlongPath, signals_along_path
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, motion_status, plan_motion
-from mjx_inertia.grasping.object_path import ObjectPath
+from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.robots import Arm, over_states
 from mjx_inertia.spatial import (
     Consistency,

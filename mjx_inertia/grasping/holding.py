@@ -10,8 +10,8 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.grasping.contact_model import SoftFinger
 from mjx_inertia.grasping.grasp import Contacts
-from mjx_inertia.grasping.gripping_force import ObjectMotion, gripping_force
-from mjx_inertia.grasping.object_path import ObjectPath, moving_frame_twist, object_pose_at
+from mjx_inertia.grasping.jaw_force import ObjectMotion, gripping_force
+from mjx_inertia.grasping.task_path import ObjectPath, moving_frame_twist, object_pose_at
 from mjx_inertia.spatial import AnyArray, InertialParameters
 
 

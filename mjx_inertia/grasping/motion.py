@@ -13,7 +13,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.grasping.inverse_kinematics import JointPath, ReachSettings, follow_path, reach
-from mjx_inertia.grasping.object_path import ObjectPath, moving_frame_twist, object_pose_at
+from mjx_inertia.grasping.task_path import ObjectPath, moving_frame_twist, object_pose_at
 from mjx_inertia.robots import Arm
 from mjx_inertia.spatial import Pose
 

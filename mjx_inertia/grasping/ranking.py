@@ -20,7 +20,7 @@ from mjx_inertia.grasping.holding import greatest_gripping_force
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings
 from mjx_inertia.grasping.metrics import METRICS
 from mjx_inertia.grasping.motion import GraspStatus
-from mjx_inertia.grasping.object_path import ObjectPath
+from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.pareto import pareto_set
 from mjx_inertia.robots import Arm
 from mjx_inertia.spatial import InertialParameters, Pose

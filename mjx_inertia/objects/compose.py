@@ -15,11 +15,11 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.from_parts import SUPPORT_DEPTH, combine_bodies
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, union
-from mjx_inertia.objects.mass_properties import is_positive
+from mjx_inertia.objects.mesh_integrals import is_positive
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Part, transformed
+from mjx_inertia.objects.part_assembly import SUPPORT_DEPTH, combine_bodies
 from mjx_inertia.spatial import (
     InertialParameters,
     change_frame,

@@ -14,8 +14,8 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.from_parts import combine_bodies
 from mjx_inertia.objects.part import Color, Part, transformed
+from mjx_inertia.objects.part_assembly import combine_bodies
 from mjx_inertia.spatial import InertialParameters
 
 _SECTIONS = 128  # facets around a primitive: 0.04 % of a cylinder's volume

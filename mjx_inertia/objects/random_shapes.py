@@ -19,10 +19,10 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import split
 
 from mjx_inertia.objects.convex_solids import prism_pieces
-from mjx_inertia.objects.from_parts import combine_bodies
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.outline import planar_integrals
 from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.part_assembly import combine_bodies
 from mjx_inertia.spatial import InertialParameters, inertia_from_second_moment
 
 Interval = tuple[float, float]

@@ -1,7 +1,7 @@
 """One push from one sample to the next: the function that is batched, sharded and compiled.
 
 In: a scene, parameters, a motion and the state. Out: the next state and the sampled signals.
-Written for one push; `simulate.py` maps it over many.
+Written for one push; `batched_simulation.py` maps it over many.
 """
 
 import jax

@@ -18,7 +18,7 @@ from numpy import ndarray
 
 from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.manoeuvre import Manoeuvre
-from mjx_inertia.space.path import Path, path
+from mjx_inertia.space.manoeuvre_path import Path, path
 from mjx_inertia.space.robot import BASE, SpaceRobot, pose_at_index
 from mjx_inertia.space.tree_recursions import frames, hand_frames
 from mjx_inertia.spatial import AnyArray, Pose

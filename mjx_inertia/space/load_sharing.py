@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.dynamics import floating_base_inverse_dynamics, hand_jacobians
-from mjx_inertia.space.node import Node
+from mjx_inertia.space.instant import Node
 from mjx_inertia.space.robot import Capture, SpaceRobot
 from mjx_inertia.space.tree_recursions import (
     frames,

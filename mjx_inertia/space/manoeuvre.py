@@ -20,7 +20,7 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.closure import closed_chain_motion, closure_error
-from mjx_inertia.space.node import Node, node
+from mjx_inertia.space.instant import Node, node
 from mjx_inertia.space.quadrature import Rule, attitude, gauss_legendre, integrate, unresolved
 from mjx_inertia.space.robot import Capture, SpaceRobot, pose_at_index
 from mjx_inertia.space.trajectory import COEFFICIENTS, JointMotion, joint_motion
@@ -52,7 +52,7 @@ class Manoeuvre:
       T_world_obj: target of the object; the base starts as the world's frame.
       duration: t_f, s.
       leading: joints that have coefficients; all for "independent" motion.
-      momentum: "system" or "robot", see `node.py`.
+      momentum: "system" or "robot", see `instant.py`.
       nodes: of the quadrature.
       closure_limit: greatest distance (m) and angle (rad) between the hands' objects; None reports
         them only.

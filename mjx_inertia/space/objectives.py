@@ -16,9 +16,9 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.robots import over_states
 from mjx_inertia.search import Evaluation, Problem
-from mjx_inertia.space.clearance import clearance
-from mjx_inertia.space.end_configuration import end_configuration, self_motions
+from mjx_inertia.space.collision_distance import clearance
 from mjx_inertia.space.manoeuvre import RESOLVED, Course, Manoeuvre, course
+from mjx_inertia.space.manoeuvre_planning import end_configuration, self_motions
 from mjx_inertia.space.quadrature import interpolation_matrix
 from mjx_inertia.space.trajectory import BOUND
 from mjx_inertia.spatial.components import root

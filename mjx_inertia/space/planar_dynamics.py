@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from mjx_inertia.space.planar_robot import PlanarSettings, link_moments
+from mjx_inertia.space.planar_model import PlanarSettings, link_moments
 
 Array = Any  # of `xp`
 _TURN = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])  # of positive joints about z

@@ -19,7 +19,7 @@ from mjx_inertia.features import (
     select_columns,
     take_examples,
 )
-from mjx_inertia.features.extract import _rows_of_length
+from mjx_inertia.features.extraction import _rows_of_length
 from mjx_inertia.features.onset import EDGES, HORIZONS
 from mjx_inertia.pushing import PushStatus
 

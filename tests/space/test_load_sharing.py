@@ -9,9 +9,9 @@ from planned import consistent
 
 from mjx_inertia.space import distribute_wrench, dual_arm_grasp_map, hand_jacobians, hand_wrenches
 from mjx_inertia.space.dynamics import floating_base_inverse_dynamics
+from mjx_inertia.space.instant import node
 from mjx_inertia.space.load_sharing import shared_load_torques
 from mjx_inertia.space.manoeuvre import motion_at
-from mjx_inertia.space.node import node
 
 SQUEEZE = np.array([3.0, -1.0, 0.5, -2.0, 4.0, 1.5])
 

@@ -22,7 +22,7 @@ from mjx_inertia.space import (
     velocity_forces,
 )
 from mjx_inertia.space import planar_dynamics as closed
-from mjx_inertia.space.planar_robot import link_moments
+from mjx_inertia.space.planar_model import link_moments
 
 SETTINGS = PlanarSettings(link_inertia="physical", shoulder=(0.6, 0.9))
 ROBOT, CAPTURE = planar_robot(SETTINGS), planar_capture(SETTINGS)

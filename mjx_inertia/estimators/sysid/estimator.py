@@ -16,12 +16,12 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from tqdm import tqdm
 
-from mjx_inertia.estimators.boosted import BoostedSettings, FittedBoosted, boosted
+from mjx_inertia.estimators.boosted_trees import BoostedSettings, FittedBoosted, boosted
 from mjx_inertia.estimators.estimate import Estimate, EstimateStatus, Estimator, KeyArray
-from mjx_inertia.estimators.sysid.fit import Fit, fit
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED
 from mjx_inertia.estimators.sysid.observation import observed
 from mjx_inertia.estimators.sysid.settings import SysidSettings
+from mjx_inertia.estimators.sysid.two_stage_fit import Fit, fit
 from mjx_inertia.estimators.sysid.unknowns import bounds, from_planar_values, planar_values
 from mjx_inertia.features import Examples, take_examples
 from mjx_inertia.objects import ObjectModel, prism

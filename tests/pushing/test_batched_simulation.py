@@ -14,7 +14,7 @@ from mjx_inertia.pushing import (
     object_parameters,
     simulate,
 )
-from mjx_inertia.pushing.simulate import _programs
+from mjx_inertia.pushing.batched_simulation import _programs
 
 
 def one_push(parameters, i):

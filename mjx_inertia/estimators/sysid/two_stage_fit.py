@@ -14,10 +14,10 @@ import numpy as np
 from flax import struct
 from jaxtyping import Bool, Float, Int
 
-from mjx_inertia.estimators.sysid.identifiability import Identifiability, identifiability
+from mjx_inertia.estimators.sysid.batched_search import Search, fits, misfit, search
+from mjx_inertia.estimators.sysid.fisher_identifiability import Identifiability, identifiability
 from mjx_inertia.estimators.sysid.normal_equations import wall_hessian
 from mjx_inertia.estimators.sysid.observation import Observation
-from mjx_inertia.estimators.sysid.search import Search, fits, misfit, search
 from mjx_inertia.estimators.sysid.settings import SysidSettings
 from mjx_inertia.estimators.sysid.unknowns import random_restart
 from mjx_inertia.pushing import PushSetup, Scene

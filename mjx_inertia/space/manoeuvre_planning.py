@@ -15,8 +15,8 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.closure import following_joints
+from mjx_inertia.space.instant import check_momentum
 from mjx_inertia.space.manoeuvre import Manoeuvre, base_at, rotation_vector
-from mjx_inertia.space.node import check_momentum
 from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
 from mjx_inertia.space.tree_recursions import frames, held_frames
 from mjx_inertia.spatial import AnyArray, Consistency, Pose, check_consistency, explain_consistency

@@ -10,8 +10,8 @@ from estimators.problem import problem
 from scipy.stats import multivariate_normal
 
 from mjx_inertia.estimators import MlpSettings, load_fitted, mlp, mlp_training, save_fitted
-from mjx_inertia.estimators.mlp import _block, fit_mlp, predict_mlp
 from mjx_inertia.estimators.mlp_checkpoint import read_mlp_checkpoint, write_mlp_checkpoint
+from mjx_inertia.estimators.mlp_estimator import _block, fit_mlp, predict_mlp
 from mjx_inertia.estimators.mlp_network import (
     Normal,
     Shape,

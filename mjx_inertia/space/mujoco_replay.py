@@ -1,8 +1,9 @@
 """A manoeuvre in C MuJoCo, which knows nothing of our formulas: does what was predicted come true?
 
 In: a manoeuvre of joints that obey the grasp, and a decision. Out: `Replay`: predicted and
-simulated signals. MuJoCo starts at rest and gets joint torques alone: those that `path.py` computes
-in advance, and a weak control on the joints' motion. Base, object and sensors show the rest.
+simulated signals. MuJoCo starts at rest and gets joint torques alone: those that
+`manoeuvre_path.py` computes in advance, and a weak control on the joints' motion. Base, object and
+sensors show the rest.
 """
 
 import dataclasses
@@ -17,8 +18,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.space.manoeuvre import CourseStatus, Manoeuvre, course
+from mjx_inertia.space.manoeuvre_path import Path, path
 from mjx_inertia.space.mjcf import HANDS, space_spec
-from mjx_inertia.space.path import Path, path
 from mjx_inertia.space.robot import pose_at_index
 from mjx_inertia.spatial import AnyArray, Pose
 

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from mjx_inertia.estimators.estimate import Estimate, Estimator, answer, usable_rows
-from mjx_inertia.estimators.mean import FittedMean, fit_mean
+from mjx_inertia.estimators.mean_estimator import FittedMean, fit_mean
 from mjx_inertia.estimators.wrench_twist import (
     WrenchTwistFit,
     WrenchTwistGuess,

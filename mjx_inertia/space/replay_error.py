@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.space.replay import Replay
+from mjx_inertia.space.mujoco_replay import Replay
 from mjx_inertia.space.robot import pose_at_index
 from mjx_inertia.spatial import Pose
 

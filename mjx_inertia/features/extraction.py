@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from mjx_inertia.dataset import PushBatch
-from mjx_inertia.features.examples import Examples
+from mjx_inertia.features.example_table import Examples
 from mjx_inertia.features.moments import moments, moments_names
 from mjx_inertia.features.onset import onset, onset_names
 from mjx_inertia.features.series import series, series_names

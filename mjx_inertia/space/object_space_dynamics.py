@@ -17,8 +17,8 @@ from mjx_inertia.space.dynamics import (
     momentum_map,
     reduced_inertia,
 )
+from mjx_inertia.space.instant import check_momentum, node
 from mjx_inertia.space.load_sharing import dual_arm_grasp_map
-from mjx_inertia.space.node import check_momentum, node
 from mjx_inertia.space.robot import Capture, SpaceRobot
 from mjx_inertia.space.tree_recursions import scatter_axes, select_axes
 from mjx_inertia.spatial.components import apply, components, cross, stacked
@@ -54,7 +54,7 @@ def object_dynamics(
       capture: the object.
       q: joint positions in which both hands hold it.
       object_twist: ẋ, m/s and rad/s.
-      momentum: "system" or "robot", see `node.py`.
+      momentum: "system" or "robot", see `instant.py`.
     """
     check_momentum(momentum)
     held = capture if momentum == "system" else None

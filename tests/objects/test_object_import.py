@@ -24,7 +24,7 @@ from mjx_inertia.objects import (
     random_objects,
 )
 from mjx_inertia.objects.convex_solids import hull_vertices
-from mjx_inertia.objects.from_parts import main_color
+from mjx_inertia.objects.part_assembly import main_color
 from mjx_inertia.spatial import to_spatial_inertia
 
 SAMPLE = ("wedge", "tube", "book", "tensor_object")

@@ -25,14 +25,14 @@ from mjx_inertia.objects.file_body import (
     read_mesh,
     transform_mesh,
 )
-from mjx_inertia.objects.from_parts import SUPPORT_DEPTH, main_color
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, to_manifold, union
-from mjx_inertia.objects.mass_properties import is_positive, known_solid_properties
 from mjx_inertia.objects.mesh_defects import checked_mesh
+from mjx_inertia.objects.mesh_integrals import is_positive, known_solid_properties
 from mjx_inertia.objects.mesh_repair import repair_mesh
 from mjx_inertia.objects.mjcf_reader import read_mjcf
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.part_assembly import SUPPORT_DEPTH, main_color
 from mjx_inertia.objects.urdf_reader import read_urdf
 from mjx_inertia.spatial import InertialParameters
 

@@ -15,7 +15,7 @@ from numpy import ndarray
 
 from mjx_inertia.objects.decomposition import object_pieces
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, union
-from mjx_inertia.objects.mass_properties import is_positive, mass_properties
+from mjx_inertia.objects.mesh_integrals import is_positive, mass_properties
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Color, Part
 from mjx_inertia.spatial import InertialParameters, combine

@@ -15,7 +15,7 @@ from mjx_inertia.space import (
     object_to_joints,
     planar_dynamics,
 )
-from mjx_inertia.space.node import MOMENTA
+from mjx_inertia.space.instant import MOMENTA
 
 pytestmark = pytest.mark.long
 

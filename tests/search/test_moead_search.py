@@ -19,7 +19,7 @@ from mjx_inertia.search import (
 )
 from mjx_inertia.search.benchmarks import zdt, zdt_front
 from mjx_inertia.search.decomposition import decomposition
-from mjx_inertia.search.moead import Moead
+from mjx_inertia.search.moead_search import Moead
 from mjx_inertia.search.weights import spread_weights
 
 SMALL = MoeadSettings(population=30, archive=ArchiveSettings(capacity=40))

@@ -6,7 +6,7 @@ import planned
 import pytest
 
 from mjx_inertia.space import clearance, planar_capture, planar_robot
-from mjx_inertia.space.clearance import segment_distance
+from mjx_inertia.space.collision_distance import segment_distance
 
 ROBOT, CAPTURE = planar_robot(), planar_capture()
 
