@@ -39,7 +39,7 @@ class BalanceSettings:
       clear: s before and after a sample in which it must slide too: most of the filter's half.
       tip_share: of its steady speed below which the tip slows down and lets go of the object.
       drift: degree of f(s).
-      least_sliding: s of usable samples below which a push tells nothing.
+      least_sliding: least duration of usable samples, s; a shorter push gives no estimate.
       memory: s beyond which residuals are not correlated; they swing with the probe.
     """
 

@@ -21,7 +21,7 @@ from mjx_inertia.objects.catalogue.build import nearest
 from mjx_inertia.robots import Arm, baxter, load_arm, lwa4d
 from mjx_inertia.spatial import Pose
 
-# Where the object stands unless it is told: m, in the arm's world frame.
+# Default position of the object, m, in the arm's world frame.
 _PLACES = {
     "baxter": (0.6, 0.3, -0.1),
     "baxter_right": (0.6, -0.3, -0.1),

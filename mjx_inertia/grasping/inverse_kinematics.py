@@ -91,10 +91,11 @@ class JointPath:
 def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
     """Joint positions at which the hand is at the first of some poses, or as near as was found.
 
-    Damped least squares from several starts, within the limits, while the redundant joints move
-    towards the middle of their ranges; from there on to the other poses by the shortest way. Of
-    what arrives everywhere, that which stays farthest from its limits. The starts are compared in
-    single precision; the search from the best of them is repeated in the precision of `stops`.
+    Damped least squares from several starts, within the limits. The redundant joints move towards
+    the middle of their ranges. Each solution is continued to the other poses by least joint
+    displacement. Among the starts that reach every pose, the one farthest from the joint limits is
+    taken. Starts are compared in single precision. The search from the best one is repeated in the
+    precision of `stops`.
 
     Args:
       arm: the arm.

@@ -1,7 +1,7 @@
 """What the joints do while a grasped object follows its path, and whether the arm can do it.
 
-In: an `Arm`, the hand in the object's frame, an `ObjectPath`. Out: `GraspMotion`, a status: one
-grasp that fails leaves the others of a batch as they are. Written for one grasp.
+In: an `Arm`, the hand in the object's frame, an `ObjectPath`. Out: `GraspMotion` and a status. A
+grasp that fails does not affect the others of a batch. Written for one grasp.
 """
 
 import enum
@@ -78,7 +78,7 @@ def hand_path(
 def plan_motion(
     arm: Arm, T_obj_hand: Pose, path: ObjectPath, settings: ReachSettings | None = None
 ) -> GraspMotion:
-    """The motion of least joint speed, from the start whose way stays farthest from the limits."""
+    """The motion of least joint speed, from the start that stays farthest from the joint limits."""
     chosen = settings or ReachSettings()
     hand = functools.partial(hand_path, path, T_obj_hand)
     moves = jnp.arange(len(path.moves.angle))

@@ -105,8 +105,8 @@ def sample_grasps(
 
     A contact is uniform on the surface; a ray from it into the object, within the friction cone,
     leaves it at one or more places, each of which may be the other contact (so a mug is held by its
-    wall or around it). Kept are pairs that the jaw can open to with hands that overlap the object
-    nowhere, see `hand_clearance`.
+    wall or around it). A pair is kept if the jaw can open that wide and the hand does not overlap
+    the object, see `hand_clearance`.
 
     Args:
       obj: whose `mesh` is grasped.

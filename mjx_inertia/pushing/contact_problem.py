@@ -74,7 +74,7 @@ def read_problem(
       model: the MJX model, with `cone="elliptic"`.
       data: MJX data with mass matrix and constraint rows filled in.
       smooth: generalised force without constraints, (nv,), N and N m.
-      prescribed: degrees of freedom that move at constant velocity whatever acts on them.
+      prescribed: degrees of freedom with a prescribed constant velocity.
 
     Raises:
       ValueError: for another cone, or for joints or tendons with friction loss.
@@ -123,7 +123,7 @@ def read_problem(
 
 
 def constraint_residual(c: Constraints, acceleration: Vector) -> list[Array]:
-    """J a - a_ref of each row of each constraint of a kind."""
+    """J a - a_ref of every row, for all constraints of one kind."""
     spread = [a[None] for a in acceleration]
     return [
         computed_once(inner_product(j, spread) - ref)

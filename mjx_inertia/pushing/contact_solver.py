@@ -228,7 +228,7 @@ def solve(
       model: the MJX model, with `cone="elliptic"`.
       data: MJX data with mass matrix, constraint rows and `qacc_warmstart` filled in.
       smooth: generalised force without constraints, (nv,), N and N m.
-      prescribed: degrees of freedom that move at constant velocity whatever acts on them.
+      prescribed: degrees of freedom with a prescribed constant velocity.
       iterations: Newton steps at most; they end when the last one came from an acceleration that
         was off by less than `TOLERANCE` of the unconstrained one (in the norm of the mass matrix).
       line_search: evaluations along each at most.

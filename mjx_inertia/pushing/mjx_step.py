@@ -8,9 +8,9 @@ condition (`contact_solver.py`). Contacts of condim 3, 4 and 6 (MJX itself refus
 cones), equalities and joint limits; forward and reverse mode, `scan`, `vmap`, float64 and float32.
 It knows nothing of pushes.
 
-What a derivative cannot tell: at the instant of a first contact, or where a contact changes from
-sticking to sliding, the motion has a kink, and the derivative is that of one side
-(docs/gradients.md has a table of where it can be trusted). A parameter of the model that MuJoCo
+The motion has a kink at the instant of a first contact, and where a contact changes from sticking
+to sliding. There the derivative is one-sided (docs/gradients.md has a table of where it can be
+trusted). A parameter of the model that MuJoCo
 compiles into others (mass into `body_invweight0`, say) must be changed in all of them.
 """
 

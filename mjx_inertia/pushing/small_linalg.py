@@ -28,7 +28,7 @@ def matvec(matrix: Matrix, vector: Vector) -> list[Array]:
 
 
 def cholesky_solve(matrix: Matrix, vector: Vector) -> list[Array]:
-    """Solves for a symmetric positive definite matrix, of which the lower half is read."""
+    """Solves A x = b for a symmetric positive definite A; reads its lower half only."""
     n = len(vector)
     lower: list[list[Array]] = [[] for _ in range(n)]  # strictly lower triangle
     inverse_diagonal: list[Array] = []

@@ -56,7 +56,7 @@ def distribute_wrench(
     Args:
       grasp: G.
       wrench: about the object's CoM.
-      squeeze: k; its part without effect on the object is added. None if None.
+      squeeze: k; only its part in the null space of G is added. Zero if None.
     """
     inverse = jnp.linalg.pinv(grasp)
     moving = inverse @ wrench
@@ -77,7 +77,7 @@ def hand_wrenches(
       capture: the object.
       q: joint positions at which both hands hold the object.
       instant: `node` at them.
-      squeeze: k of Eq. 7.16, in the base's axes about the hands; none if None.
+      squeeze: k of Eq. 7.16, in the base's axes about the hands; zero if None.
     """
     force, moment = scatter_axes(robot, unstack(instant.object_wrench))
     turn = components(instant.object_rotation)

@@ -83,8 +83,8 @@ def plan_manoeuvre(
     Raises:
       ValueError: a pose out of reach of the hands within the joints' limits, or not found from the
         guess; no pose, or one that a planar robot cannot reach; a robot without mass or with joints
-        without limits, an object that no body is, leading joints that leave others to follow than
-        the grasp ties, or float32; each with its figures.
+        without limits, an object whose parameters are not physically consistent, leading joints
+        whose followers cannot close the chain, or float32; each with its figures.
     """
     s = settings or ManoeuvreSettings()
     check_capture(capture)
@@ -158,7 +158,7 @@ def self_motions(manoeuvre: Manoeuvre) -> Float[np.ndarray, "n r"]:
 
 
 def check_capture(capture: Capture) -> None:
-    """Raises ValueError unless the object is a body that can be."""
+    """Raises ValueError unless the object's parameters are physically consistent."""
     mass = float(np.asarray(capture.inertial.mass))
     if not mass > 0.0:
         raise ValueError(f"`capture` has a mass of {mass} kg: expected more than zero")

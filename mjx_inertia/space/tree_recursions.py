@@ -96,7 +96,7 @@ def tree_bodies(robot: SpaceRobot, capture: Capture | None) -> tuple[Body, list[
 
     Args:
       robot: the tree.
-      capture: what belongs to the first hand's link as well; nothing if None.
+      capture: the object fixed to the first hand's link; no object if None.
     """
     entries = zip(
         components(robot.links.mass),

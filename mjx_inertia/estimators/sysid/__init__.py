@@ -1,4 +1,4 @@
-"""Identification through the simulator: gradients, search, and what a push can tell."""
+"""Identification through the simulator: gradients, search, and identifiability."""
 
 from mjx_inertia.estimators.sysid.batch import equations_at
 from mjx_inertia.estimators.sysid.batched_search import Search, search

@@ -1,4 +1,4 @@
-"""Searches side by side: pushes, or bodies with several pushes, until each has converged.
+"""Least-squares searches of many pushes, or bodies with several pushes, in one batch.
 
 In: starts, observations, setups. Out: `Search`.
 """
@@ -41,7 +41,7 @@ class Search:
       hessian: Gauss-Newton Hessian there, belief included.
       trace: cost of the best point after each iteration; the last one is repeated.
       iterations: evaluations of the simulation with its sensitivities.
-      converged: at a minimum: nothing that matters is left to gain.
+      converged: whether z is a minimum.
     """
 
     z: Float[AnyArray, "n p"]
@@ -64,9 +64,9 @@ def search(
     seconds: float = np.inf,
     report: Callable[[str], None] | None = None,
 ) -> Search:
-    """Searches the least cost of each body from one start, all of them side by side.
+    """Minimises the cost of each body from one start, all bodies in one batch.
 
-    Bodies that have converged leave the batch, so that the slow ones do not hold it up.
+    Bodies that have converged leave the batch. The others then take less time.
 
     Args:
       scene: of the object.
@@ -143,7 +143,7 @@ def _summed(
 
 
 def _stalled(costs: np.ndarray) -> np.ndarray:
-    """Whether the last few evaluations gained nothing: at a kink steps fail for ever."""
+    """Whether the last few evaluations did not reduce the cost: at a kink every step fails."""
     with np.errstate(invalid="ignore"):  # both infinite: a push without signals
         return costs[:, 0] - costs[:, -1] < _GAIN
 
@@ -167,7 +167,7 @@ def fits(
     settings: SysidSettings,
     seconds: float = np.inf,
 ) -> np.ndarray:
-    """Whether the residuals of each body are no larger than noise can be.
+    """Whether sensor noise alone explains the residuals of each body.
 
     The mean square of n normal residuals is off by √(2/n) by chance; five of these are allowed.
     """

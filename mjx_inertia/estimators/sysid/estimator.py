@@ -1,7 +1,8 @@
 """`sysid`: the parameters whose simulation gives the measured signals.
 
-In: the signals of pushes and what was known before them (`Examples.records`, `setup`, `shapes`),
-the outline of the object among it, which the learned estimators are not told. Out: `Estimate`.
+In: the signals of pushes (`Examples.records`) and what was known before them (`setup`, `shapes`).
+The latter includes the outline of the object, which the learned estimators do not get. Out:
+`Estimate`.
 """
 
 import dataclasses
@@ -33,7 +34,7 @@ _AT_BOUND = 0.05  # closer to a bound than this, in standard deviations of the b
 
 @struct.dataclass
 class FittedSysid:
-    """Trees that give the search its start; None if it starts at the belief.
+    """The estimator of the start of the search; None if the search starts at the prior mean.
 
     Attributes:
       start: fitted `boosted`.

@@ -1,4 +1,4 @@
-"""What a push can tell: covariance from its Fisher information, and in words what it cannot tell.
+"""Which parameters a push determines: covariance from its Fisher information, and a sentence.
 
 In: the Gauss-Newton Hessian of the data in coordinates of the beliefs (so that every unknown counts
 in standard deviations of what is believed beforehand). Out: `Identifiability` and sentences.
@@ -21,9 +21,9 @@ class Identifiability:
     Attributes:
       covariance: of the coordinates, the beliefs included.
       condition: ratio of the largest to the smallest eigenvalue of the information.
-      weakest: unit vector of the coordinates that the data tell least about.
-      told: share of the variance of the belief along it that the data take away (0: nothing).
-      untold: projection on all directions of which the data take away less than half.
+      weakest: unit vector of the coordinates that the data determine least.
+      told: fraction by which the data reduce the prior variance along it (0: not at all).
+      untold: projection on all directions whose prior variance the data reduce by less than half.
     """
 
     covariance: Float[AnyArray, "*n p p"]
@@ -63,7 +63,7 @@ _WORDS = {
 
 
 def explain_identifiability(result: Identifiability, names: tuple[str, ...]) -> str:
-    """One sentence about what this push cannot tell; empty where it tells everything.
+    """One sentence that names what this push does not determine; empty if there is nothing.
 
     Args:
       result: of one push.

@@ -1,7 +1,8 @@
 """Identification of pushes: starts, two fits, and new starts for what does not fit.
 
-Each push is fitted twice: over its first moments, where the search is cheap and its cost smooth,
-then over the whole. Pushes whose residuals stay too large are fitted again from starts nearby.
+Each push is fitted twice. The first fit covers the beginning of the push, where the search is cheap
+and the cost is smooth. The second one covers the whole push. Pushes with large residuals are fitted
+again from starts nearby.
 In: observations, setups, starts. Out: `Fit`.
 """
 
@@ -32,8 +33,8 @@ class Fit:
       start: coordinates where the search began.
       search: where it ended and how it went, on the whole push.
       misfit: mean squared residual, in standard deviations of the noise model.
-      fits: whether that is no more than noise can make it.
-      known: what the push can tell, where the search ended.
+      fits: whether sensor noise alone explains the misfit.
+      known: Fisher information of the push where the search ended.
     """
 
     start: Float[AnyArray, "n p"]
@@ -44,7 +45,7 @@ class Fit:
 
 
 def _with_better(found: Search, rows: np.ndarray, other: Search) -> Search:
-    """`found` with those of its rows replaced for which `other` ended lower."""
+    """`found`, with the rows of `other` where `other` has the lower cost."""
     cost = np.nan_to_num(np.asarray(found.cost)[rows], nan=np.inf)
     wins = np.nan_to_num(other.cost, nan=np.inf) < cost
 
