@@ -19,7 +19,7 @@ import numpy as np
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import CubesProtocol, cubes_plan
-from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS, PushPlan, take
+from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS, PushPlan, select_pushes
 from mjx_inertia.experiment import read_options
 from mjx_inertia.features import FeatureSettings
 from mjx_inertia.features.signals import signals
@@ -92,7 +92,7 @@ def main() -> None:
     runtime.configure(float64=True)
     scene = build_scene(cube(0.15, 1.0))
     whole = cubes_plan(CubesProtocol(pushes_per_cube=10), seed=1)
-    plan = take(whole, np.linspace(0, len(whole) - 1, pushes).round().astype(int))
+    plan = select_pushes(whole, np.linspace(0, len(whole) - 1, pushes).round().astype(int))
     see = jax.jit(jax.vmap(functools.partial(signals, settings=FeatureSettings())))
 
     def observed(plan: PushPlan) -> np.ndarray:

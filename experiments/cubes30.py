@@ -18,7 +18,7 @@ import numpy as np
 from mjx_inertia.dataset import Cubes30Protocol, SimulatedSettings, simulated_source
 from mjx_inertia.estimators import ESTIMATORS
 from mjx_inertia.evaluation import (
-    Evaluation,
+    HeldOutEstimates,
     Section,
     VariationGroup,
     error_averages,
@@ -34,13 +34,13 @@ STEPS = np.array([-0.3, -0.2, -0.1, 0.1, 0.2, 0.3])
 PROPERTIES = ("mass", "size", "friction")  # the order of a cube in the protocol
 
 
-def errors(evaluation: Evaluation) -> np.ndarray:
+def errors(evaluation: HeldOutEstimates) -> np.ndarray:
     """Relative errors of mass and inertia (Eq. 3.5), (pushes, 2), %; NaN where it failed."""
     truth = np.stack([evaluation.truth.mass, evaluation.truth.inertia], 1)
     return np.asarray(relative_error_percent(truth, np.asarray(evaluation.estimate.mean)[:, :2]))
 
 
-def nominal(evaluation: Evaluation) -> tuple[tuple[float, float, float], int]:
+def nominal(evaluation: HeldOutEstimates) -> tuple[tuple[float, float, float], int]:
     """The best cube of the test (mass, edge, friction), and the contact point that served best."""
     error = errors(evaluation).sum(1)
     conditions = evaluation.conditions
@@ -83,7 +83,7 @@ def vary(
     model = result.fitted["grouped", "forest"]
     estimate = ESTIMATORS["forest"].factory(choice).predict(model, tables[choice.features])
     error = errors(
-        Evaluation("variation", "±30 %", "forest", estimate, source.truth, source.conditions)
+        HeldOutEstimates("variation", "±30 %", "forest", estimate, source.truth, source.conditions)
     )[point :: protocol.pushes_per_cube]
     groups = [
         VariationGroup(f"{name} ±30 %", *error[6 * i : 6 * i + 6].T)

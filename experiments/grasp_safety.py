@@ -31,9 +31,9 @@ from mjx_inertia.grasping import (
     GraspMotion,
     Move,
     Task,
-    along,
     object_path,
     plan_motion,
+    signals_along_path,
     with_payload,
 )
 from mjx_inertia.grasping.collision import Bottle, Collision, Pillar, collide
@@ -101,7 +101,7 @@ def run(
 ) -> tuple[np.ndarray, dict[str, Collision]]:
     """Effective mass along the way, and what each obstacle felt."""
     held = with_payload(arm, body, hand.inverse().to_se3())
-    mass = np.asarray(along(held, motion).effective_mass)
+    mass = np.asarray(signals_along_path(held, motion).effective_mass)
     found = {name: collide(held, motion, what, IMPACT) for name, what in OBSTACLES.items()}
     return mass, found
 

@@ -30,7 +30,7 @@ from mjx_inertia.dataset import (
     provenance,
     simulated_source,
 )
-from mjx_inertia.dataset.plan import known_setup, take
+from mjx_inertia.dataset.plan import known_setup, select_pushes
 from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
 from mjx_inertia.estimators.sysid import (
     SysidSettings,
@@ -42,7 +42,7 @@ from mjx_inertia.estimators.sysid import (
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.experiment import read_options
 from mjx_inertia.features import examples
-from mjx_inertia.features import take as take_rows
+from mjx_inertia.features import take_examples as take_rows
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushRecord, build_scene, simulate
 from mjx_inertia.settings import SweepSettings, compose
@@ -157,7 +157,7 @@ def compare(settings: SweepSettings, pushes: int) -> dict[str, dict[str, Any]]:
     for split in source.splits:
         train, test = split.folds[0]
         rows = np.asarray(test)[np.linspace(0, len(test) - 1, min(pushes, len(test))).astype(int)]
-        part = take(plan, rows)
+        part = select_pushes(plan, rows)
         exact = exact_records(data, part)
         single = jax.tree.map(lambda x: np.asarray(x, np.float32) if x.dtype == float else x, exact)
         noisy = add_noise(single, rows.astype(np.uint32), noise, key=jax.random.key(1))

@@ -37,7 +37,7 @@ from mjx_inertia.dataset import (
 from mjx_inertia.estimators import ESTIMATORS, Estimate, EstimateStatus
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.experiment import read_options
-from mjx_inertia.features import take
+from mjx_inertia.features import take_examples
 from mjx_inertia.objects import load_catalogue
 from mjx_inertia.pushing import PushStatus
 from mjx_inertia.settings import SweepSettings, compose
@@ -163,7 +163,7 @@ def identified(
     whole = np.asarray(table.status) == PushStatus.OK
     rows = np.concatenate([np.flatnonzero(whole & (number == i))[:each] for i in range(len(names))])
     estimator = ESTIMATORS["sysid"].factory(settings.estimators["sysid"])
-    chosen = take(table, rows)
+    chosen = take_examples(table, rows)
     estimate = estimator.predict(estimator.fit(chosen, key=jax.random.key(0)), chosen)
     truth, conditions = (
         jax.tree.map(lambda x: np.asarray(x)[rows], part) for part in (test.truth, test.conditions)

@@ -46,7 +46,7 @@ from mjx_inertia.dataset.slider_plan import (
 )
 from mjx_inertia.estimators import ESTIMATORS, BoostedSettings, MeanSettings, MlpSettings
 from mjx_inertia.experiment import read_options
-from mjx_inertia.features import Examples, examples, take
+from mjx_inertia.features import Examples, examples, take_examples
 from mjx_inertia.objects import cuboid
 from mjx_inertia.pushing import PushRecord, SceneSettings, build_scene, simulate
 
@@ -240,8 +240,8 @@ def trained_and_tested(
         for part in sets:
             inside = (mass >= SETS[part][0]) & (mass <= SETS[part][1])
             estimator = ESTIMATORS[learner].factory(settings)
-            fitted = estimator.fit(take(seen, inside & ~aside), key=jax.random.key(seed))
-            checked = mass_errors(fitted, learner, take(seen, inside & aside))
+            fitted = estimator.fit(take_examples(seen, inside & ~aside), key=jax.random.key(seed))
+            checked = mass_errors(fitted, learner, take_examples(seen, inside & aside))
             found = mass_errors(fitted, learner, unseen)
             usable = np.isfinite(found.estimate)
             figures[f"{part}.{learner}"] = {

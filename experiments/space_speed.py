@@ -111,7 +111,7 @@ class Rival:
         """C_f1 to C_f9 of one decision."""
         q, qd, qdd = self._joints(decision.reshape(6, 2))
         terms = planar_dynamics.planar_terms(self.s, np.zeros(len(q)), q, np)
-        J_a = planar_dynamics.momentum_map(terms, np)
+        J_a = planar_dynamics.planar_momentum_map(terms, np)
         base = _product(J_a, qd)
         wrench = self._wrench(terms, J_a, np.concatenate([base, qd], -1), qdd)
         theta = float(self.weights @ base[:, 2]) * self.m.duration
@@ -148,7 +148,7 @@ class Rival:
         angle = terms.hands[:, 0, 2]
         sine, cosine = np.sin(angle), np.cos(angle)
         place = terms.hands[:, 0, :2] + self.s.object_radius * np.stack([-sine, cosine], -1)
-        total = _product(planar_dynamics.grasp_map(place, terms.hands, np), hands)
+        total = _product(planar_dynamics.planar_grasp_map(place, terms.hands, np), hands)
         pulled = velocity.c[:, :3] + _product(terms.H[:, :3, 3:], qdd)
         gain = -np.linalg.solve(terms.H[:, :3, :3], pulled[..., None])[..., 0]
         H, c = planar_dynamics.object_terms(self.s, terms, rates, np)

@@ -33,7 +33,7 @@ from mujoco import sysid
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import CubesProtocol, SensorNoise, cubes_plan, provenance
-from mjx_inertia.dataset.plan import PushPlan, known_setup, take
+from mjx_inertia.dataset.plan import PushPlan, known_setup, select_pushes
 from mjx_inertia.estimators.sysid import (
     SysidSettings,
     fit,
@@ -111,7 +111,7 @@ class Problem:
         """The pushes at `index`."""
         start = jax.tree.map(lambda x: x[index], self.start)
         arrays = (x[index] for x in (self.measured, self.sigma, self.length))
-        return Problem(self.scene, take(self.plan, index), start, *arrays)
+        return Problem(self.scene, select_pushes(self.plan, index), start, *arrays)
 
 
 def guesses(p: PushParameters, lowest_time_constant: float, seed: int) -> PushParameters:
@@ -141,8 +141,8 @@ def make_problem(pushes: int, speed: str, seed: int) -> Problem:
     scene = build_scene(cube(0.15, 1.0))
     plan = cubes_plan(CubesProtocol(pushes_per_cube=10), seed=1)
     if speed != "all":
-        plan = take(plan, np.flatnonzero(np.isclose(plan.motion.speed, float(speed))))
-    plan = take(plan, np.linspace(0, len(plan) - 1, pushes).round().astype(int))
+        plan = select_pushes(plan, np.flatnonzero(np.isclose(plan.motion.speed, float(speed))))
+    plan = select_pushes(plan, np.linspace(0, len(plan) - 1, pushes).round().astype(int))
     record = simulate(
         scene,
         plan.parameters,

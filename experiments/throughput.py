@@ -25,7 +25,7 @@ import numpy as np
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import CubesProtocol, cubes_plan, provenance
-from mjx_inertia.dataset.plan import PushPlan, take
+from mjx_inertia.dataset.plan import PushPlan, select_pushes
 from mjx_inertia.experiment import read_options
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import (
@@ -122,9 +122,9 @@ def main() -> None:
     jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure()
     whole = cubes_plan(CubesProtocol(), seed=0)
-    plan = take(whole, np.linspace(0, FULL - 1, pushes).round().astype(int))
+    plan = select_pushes(whole, np.linspace(0, FULL - 1, pushes).round().astype(int))
     speeds = np.unique(plan.motion.speed)
-    plans = [take(plan, np.flatnonzero(plan.motion.speed == s)) for s in speeds]
+    plans = [select_pushes(plan, np.flatnonzero(plan.motion.speed == s)) for s in speeds]
     scene = build_scene(cube(0.15, 1.0))
     first, records = timed(lambda: ours(scene, plans))
     batches = rival_batches(scene, plans)

@@ -30,7 +30,7 @@ from mjx_inertia.dataset import (
 )
 from mjx_inertia.estimators import ESTIMATORS, Estimate, forest_tree
 from mjx_inertia.evaluation import (
-    Evaluation,
+    HeldOutEstimates,
     Published,
     ReportContent,
     Section,
@@ -42,7 +42,7 @@ from mjx_inertia.evaluation import (
     write_report,
     write_results,
 )
-from mjx_inertia.features import Examples, concatenate, examples, families_of, take
+from mjx_inertia.features import Examples, concatenate, examples, families_of, take_examples
 from mjx_inertia.pushing import PushRecord, PushStatus
 from mjx_inertia.settings import CONFIGS, SweepSettings, from_config, register_defaults
 
@@ -83,7 +83,7 @@ class SweepResult:
 
     source: Source
     tables: Mapping[str, Examples]
-    evaluations: tuple[Evaluation, ...]
+    evaluations: tuple[HeldOutEstimates, ...]
     fitted: Mapping[tuple[str, str], Any]
     shown: PushRecord
 
@@ -132,7 +132,7 @@ def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Example
 
 def evaluate(
     source: Source, tables: Mapping[str, Examples], settings: SweepSettings
-) -> tuple[tuple[Evaluation, ...], dict[tuple[str, str], Any]]:
+) -> tuple[tuple[HeldOutEstimates, ...], dict[tuple[str, str], Any]]:
     """Fits and judges every estimator on every split; the tests of a split's folds are pooled."""
     evaluations, fitted = [], {}
     for split in source.splits:
@@ -142,8 +142,8 @@ def evaluate(
             estimates = []
             for fold, (train, test) in enumerate(split.folds):
                 key = jax.random.fold_in(jax.random.key(settings.seed), fold)
-                model = estimator.fit(take(table, train), key=key)
-                estimates.append(estimator.predict(model, take(table, test)))
+                model = estimator.fit(take_examples(table, train), key=key)
+                estimates.append(estimator.predict(model, take_examples(table, test)))
                 fitted[split.name, name] = model
             evaluations.append(_evaluation(source, split, name, estimates, table))
     return tuple(evaluations), fitted
@@ -151,10 +151,10 @@ def evaluate(
 
 def _evaluation(
     source: Source, split: Split, name: str, estimates: list[Estimate], table: Examples
-) -> Evaluation:
+) -> HeldOutEstimates:
     rows = np.concatenate([test for _, test in split.folds])
     pooled = jax.tree.map(lambda *x: np.concatenate([np.asarray(e) for e in x]), *estimates)
-    return Evaluation(
+    return HeldOutEstimates(
         dataset=source.name,
         split=split.name,
         estimator=name,

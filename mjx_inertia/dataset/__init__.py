@@ -1,7 +1,7 @@
 """Which pushes to run, pushes on disk, sensor noise, splits and real pushes from files."""
 
 from mjx_inertia.dataset.batch import PushBatch, PushConditions, PushTruth
-from mjx_inertia.dataset.generate import GenerateSettings, generate, provenance
+from mjx_inertia.dataset.generation import GenerateSettings, generate, provenance
 from mjx_inertia.dataset.mcube import load_mcube
 from mjx_inertia.dataset.mcube_folder import McubeFailure, McubeFolder, load_mcube_folder
 from mjx_inertia.dataset.mcube_name import McubeFileError, McubePush, parse_name

@@ -18,7 +18,7 @@ from numpy import ndarray
 from mjx_inertia.dataset.mcube_file import McubeSignals, read_bytes, read_signals
 from mjx_inertia.dataset.mcube_name import McubeFileError, parse_name
 from mjx_inertia.dataset.mcube_resample import interpolated, interval_means, velocities
-from mjx_inertia.dataset.mcube_status import McubeSamples, push_status
+from mjx_inertia.dataset.mcube_status import McubeSamples, mcube_push_status
 from mjx_inertia.objects import ObjectModel, OutlineContact, closest_on_outline, load_mcube_objects
 from mjx_inertia.pushing import PushRecord
 
@@ -94,7 +94,7 @@ def record_from_bytes(
     arm = contact.point - pose[:, :2]
     tip_velocity = velocities(signals.tip, time)
     samples = McubeSamples(time, pose, tip_velocity, force, gap)
-    status = push_status(objects[shape].outline, signals, samples)
+    status = mcube_push_status(objects[shape].outline, signals, samples)
 
     def single(values: Float[ndarray, "..."]) -> jnp.ndarray:
         return jnp.asarray(values, dtype=jnp.float32)

@@ -35,7 +35,7 @@ class McubeSamples:
     gap: Float[ndarray, " t"]
 
 
-def push_status(
+def mcube_push_status(
     outline: Float[ndarray, "k 2"], signals: McubeSignals, samples: McubeSamples
 ) -> PushStatus:
     """Checks values, then tracking, then the force sensor, then motion, then contact.

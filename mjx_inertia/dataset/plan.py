@@ -221,7 +221,7 @@ def cubes_plan(p: CubesProtocol, seed: int) -> PushPlan:
     )
     contact = rng.uniform(*p.tip_friction, n), rng.uniform(*p.tip_time_constant, n)
     plan = _cube_plan(cube, mass, edge, friction, start, motion, contact)
-    return by_duration(plan)
+    return sort_by_duration(plan)
 
 
 def cubes30_plan(p: Cubes30Protocol, seed: int) -> PushPlan:
@@ -246,7 +246,7 @@ def cubes30_plan(p: Cubes30Protocol, seed: int) -> PushPlan:
     return _cube_plan(cube, mass, edge, friction, start, motion, contact)
 
 
-def take(plan: PushPlan, index: np.ndarray) -> PushPlan:
+def select_pushes(plan: PushPlan, index: np.ndarray) -> PushPlan:
     """The pushes of `plan` at `index`."""
     return jax.tree.map(lambda x: np.asarray(x)[index], plan)
 
@@ -266,6 +266,6 @@ def known_setup(plan: PushPlan) -> PushSetup:
     )
 
 
-def by_duration(plan: PushPlan) -> PushPlan:
+def sort_by_duration(plan: PushPlan) -> PushPlan:
     """The pushes from the shortest to the longest."""
-    return take(plan, np.argsort(plan.motion.duration, kind="stable"))
+    return select_pushes(plan, np.argsort(plan.motion.duration, kind="stable"))

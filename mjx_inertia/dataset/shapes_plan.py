@@ -11,7 +11,7 @@ import jax
 import numpy as np
 
 from mjx_inertia.dataset.batch import PushConditions, PushTruth
-from mjx_inertia.dataset.plan import PushPlan, by_duration
+from mjx_inertia.dataset.plan import PushPlan, sort_by_duration
 from mjx_inertia.objects import (
     ObjectModel,
     RandomShapes,
@@ -99,7 +99,7 @@ def shapes_plan(p: ShapesProtocol, seed: int, tip_height: float) -> PushPlan:
     ]
     plan = jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
     stacked = np.repeat(stack_polygons(polygons), p.pushes_per_object, axis=0)
-    return by_duration(plan.replace(parameters=plan.parameters.replace(polygons=stacked)))
+    return sort_by_duration(plan.replace(parameters=plan.parameters.replace(polygons=stacked)))
 
 
 def _object_plan(

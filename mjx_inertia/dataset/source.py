@@ -11,7 +11,7 @@ import jax
 import numpy as np
 
 from mjx_inertia.dataset.batch import PushBatch, PushConditions, PushTruth
-from mjx_inertia.dataset.generate import GenerateSettings, generate
+from mjx_inertia.dataset.generation import GenerateSettings, generate
 from mjx_inertia.dataset.mcube_folder import load_mcube_folder
 from mjx_inertia.dataset.noise import SensorNoise
 from mjx_inertia.dataset.splits import (

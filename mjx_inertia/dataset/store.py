@@ -25,7 +25,14 @@ from zarr.codecs import BloscCodec, Crc32cCodec
 
 from mjx_inertia.dataset.batch import PushBatch
 from mjx_inertia.dataset.noise import SensorNoise, add_noise
-from mjx_inertia.dataset.plan import CubesProtocol, PushPlan, Range, cubes_plan, known_setup, take
+from mjx_inertia.dataset.plan import (
+    CubesProtocol,
+    PushPlan,
+    Range,
+    cubes_plan,
+    known_setup,
+    select_pushes,
+)
 from mjx_inertia.pushing import PushRecord
 
 FORMAT = 3  # 1: contacts that chatter; 2: a contact solver that did not always converge
@@ -265,5 +272,5 @@ def read_batches(store: PushStore, *, noise: SensorNoise, key: jax.Array) -> Ite
         records = read_block(store, block)
         if noise.spread > 0 or noise.floor > 0:
             records = add_noise(records, rows.astype(np.uint32), noise, key=key)
-        part = take(store.plan, rows)
+        part = select_pushes(store.plan, rows)
         yield PushBatch(records, part.truth, part.conditions, known_setup(part))

@@ -1,6 +1,6 @@
 """Pushes to inertial parameters, each estimator a pair of pure functions."""
 
-from mjx_inertia.estimators.boosted import BoostedSettings, FittedBoosted, boosted
+from mjx_inertia.estimators.boosted_trees import BoostedSettings, FittedBoosted, boosted
 from mjx_inertia.estimators.estimate import (
     TARGETS,
     Estimate,
@@ -10,22 +10,22 @@ from mjx_inertia.estimators.estimate import (
     targets_of,
     usable_rows,
 )
-from mjx_inertia.estimators.force_balance import BalanceFit, BalanceSettings, force_balance
-from mjx_inertia.estimators.forest import FittedForest, ForestSettings, forest, forest_tree
-from mjx_inertia.estimators.grid_search import GridResult, grid_search, grouped_folds
-from mjx_inertia.estimators.limit_surface import (
+from mjx_inertia.estimators.force_balance_fit import BalanceFit, BalanceSettings, force_balance
+from mjx_inertia.estimators.hyperparameter_search import GridResult, grid_search, grouped_folds
+from mjx_inertia.estimators.limit_surface_estimator import (
     LimitSurfaceSettings,
     limit_surface,
     limit_surface_fit,
 )
-from mjx_inertia.estimators.mean import FittedMean, MeanSettings, mean
-from mjx_inertia.estimators.mlp import FittedMlp, MlpSettings, mlp
+from mjx_inertia.estimators.mean_estimator import FittedMean, MeanSettings, mean
+from mjx_inertia.estimators.mlp_estimator import FittedMlp, MlpSettings, mlp
 from mjx_inertia.estimators.newton import (
     FittedNewton,
     NewtonSettings,
     fit_newton,
     predict_newton,
 )
+from mjx_inertia.estimators.random_forest import FittedForest, ForestSettings, forest, forest_tree
 from mjx_inertia.estimators.registry import ESTIMATORS, Registered
 from mjx_inertia.estimators.store import load_fitted, save_fitted
 from mjx_inertia.estimators.trees import TreeEnsemble, TreeNode, readable_tree, sum_over_trees

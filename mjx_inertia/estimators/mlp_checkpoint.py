@@ -16,7 +16,7 @@ import numpy as np
 Tree = TypeVar("Tree")
 
 
-def write_checkpoint(path: Path, fingerprint: str, tree: object) -> None:
+def write_mlp_checkpoint(path: Path, fingerprint: str, tree: object) -> None:
     """Writes the arrays of `tree`; an interrupted write leaves what was there before."""
     arrays = {f"leaf_{number}": np.asarray(leaf) for number, leaf in _leaves(tree)}
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -29,7 +29,7 @@ def write_checkpoint(path: Path, fingerprint: str, tree: object) -> None:
         partial.unlink(missing_ok=True)
 
 
-def read_checkpoint(path: Path, fingerprint: str, like: Tree) -> Tree | None:
+def read_mlp_checkpoint(path: Path, fingerprint: str, like: Tree) -> Tree | None:
     """The tree, in the structure of `like`; None if there is no file or it belongs to another.
 
     Raises:

@@ -165,7 +165,7 @@ def initial_weights(shape: Shape, start: Float[Array, "e 4"], *, key: KeyArray) 
     return {_name(path): leaf[...] for path, leaf in flat}
 
 
-def evaluate(shape: Shape, weights: Weights, inputs: Float[Array, "n e"]) -> Normal:
+def apply_network(shape: Shape, weights: Weights, inputs: Float[Array, "n e"]) -> Normal:
     """The network's answer, for tracing into a program."""
     graph, state = nnx.split(nnx.eval_shape(lambda: Network(shape, rngs=nnx.Rngs(0))))
     flat = {path: leaf.replace(weights[_name(path)]) for path, leaf in nnx.to_flat_state(state)}

@@ -18,15 +18,21 @@ from jaxtyping import Array, Float, Int
 from tqdm import tqdm
 
 from mjx_inertia.estimators.estimate import KeyArray
-from mjx_inertia.estimators.mlp_checkpoint import read_checkpoint, write_checkpoint
-from mjx_inertia.estimators.mlp_network import Shape, Weights, evaluate, initial_weights, surprise
+from mjx_inertia.estimators.mlp_checkpoint import read_mlp_checkpoint, write_mlp_checkpoint
+from mjx_inertia.estimators.mlp_network import (
+    Shape,
+    Weights,
+    apply_network,
+    initial_weights,
+    surprise,
+)
 
 _LONGEST_STEP = 1.0  # norm of the gradient beyond which it is shortened
 _SETTLED = 0.01  # the last learning rate over the highest
 
 
 @dataclass(frozen=True)
-class Recipe:
+class TrainingSettings:
     """How the weights are found.
 
     Attributes:
@@ -64,7 +70,7 @@ class TrainingRows:
 
 
 @struct.dataclass
-class Progress:
+class TrainingState:
     """Where training is: all that must be known to go on.
 
     Attributes:
@@ -84,7 +90,7 @@ class Progress:
     best_epoch: Int[Array, ""]
 
 
-def _optimiser(recipe: Recipe, steps: int) -> optax.GradientTransformation:
+def _optimiser(recipe: TrainingSettings, steps: int) -> optax.GradientTransformation:
     rate = optax.warmup_cosine_decay_schedule(
         init_value=0.0,
         peak_value=recipe.learning_rate,
@@ -96,7 +102,7 @@ def _optimiser(recipe: Recipe, steps: int) -> optax.GradientTransformation:
     return optax.chain(optax.clip_by_global_norm(_LONGEST_STEP), adam)
 
 
-def _steps(recipe: Recipe, rows: TrainingRows) -> tuple[int, int]:
+def _steps(recipe: TrainingSettings, rows: TrainingRows) -> tuple[int, int]:
     """Steps of an epoch, and rows of a step."""
     batch = min(recipe.batch, len(rows.targets))
     return len(rows.targets) // batch, batch
@@ -104,15 +110,20 @@ def _steps(recipe: Recipe, rows: TrainingRows) -> tuple[int, int]:
 
 @partial(jax.jit, static_argnames=("shape", "recipe"))
 def _epoch(
-    progress: Progress, rows: TrainingRows, key: KeyArray, *, shape: Shape, recipe: Recipe
-) -> Progress:
+    progress: TrainingState,
+    rows: TrainingRows,
+    key: KeyArray,
+    *,
+    shape: Shape,
+    recipe: TrainingSettings,
+) -> TrainingState:
     """One pass over the rows in an order of its own."""
     steps, batch = _steps(recipe, rows)
     optimiser = _optimiser(recipe, steps)
     order = jax.random.permutation(jax.random.fold_in(key, progress.epoch), len(rows.targets))
 
     def loss(weights: Weights, inputs: jax.Array, targets: jax.Array) -> jax.Array:
-        return surprise(evaluate(shape, weights, inputs), targets)
+        return surprise(apply_network(shape, weights, inputs), targets)
 
     def step(carry: tuple, chosen: jax.Array) -> tuple[tuple, None]:
         weights, state = carry
@@ -130,17 +141,19 @@ def _epoch(
     kept = jax.tree.map(partial(jnp.where, better), weights, progress.best)
     best_epoch = jnp.where(better, epoch, progress.best_epoch)
     least = jnp.where(better, reached, progress.least)
-    return Progress(weights, state, kept, least, epoch, best_epoch)
+    return TrainingState(weights, state, kept, least, epoch, best_epoch)
 
 
-def _begin(rows: TrainingRows, shape: Shape, recipe: Recipe, key: KeyArray) -> Progress:
+def _begin(
+    rows: TrainingRows, shape: Shape, recipe: TrainingSettings, key: KeyArray
+) -> TrainingState:
     weights = initial_weights(shape, rows.start, key=key)
     state = _optimiser(recipe, _steps(recipe, rows)[0]).init(weights)
     none = jnp.zeros((), jnp.int32)
-    return Progress(weights, state, weights, jnp.full((), jnp.inf, jnp.float32), none, none)
+    return TrainingState(weights, state, weights, jnp.full((), jnp.inf, jnp.float32), none, none)
 
 
-def _fingerprint(rows: TrainingRows, shape: Shape, recipe: Recipe, key: KeyArray) -> str:
+def _fingerprint(rows: TrainingRows, shape: Shape, recipe: TrainingSettings, key: KeyArray) -> str:
     """Of everything that decides the outcome: only the same training may be gone on with."""
     leaves = [np.asarray(leaf) for leaf in (*jax.tree.leaves(rows), jax.random.key_data(key))]
     sums = [f"{leaf.shape} {zlib.crc32(leaf.tobytes()):08x}" for leaf in leaves]
@@ -150,7 +163,7 @@ def _fingerprint(rows: TrainingRows, shape: Shape, recipe: Recipe, key: KeyArray
 def train_network(
     rows: TrainingRows,
     shape: Shape,
-    recipe: Recipe,
+    recipe: TrainingSettings,
     *,
     key: KeyArray,
     checkpoint: Path | None = None,
@@ -175,7 +188,7 @@ def train_network(
     progress = _begin(rows, shape, recipe, first)
     fingerprint = _fingerprint(rows, shape, recipe, key) if checkpoint else ""
     if checkpoint:
-        progress = read_checkpoint(checkpoint, fingerprint, progress) or progress
+        progress = read_mlp_checkpoint(checkpoint, fingerprint, progress) or progress
     hide = None if description else True  # None: hidden where stderr is no terminal
     done = int(progress.epoch)
     bar = tqdm(total=recipe.epochs, initial=done, desc=description, disable=hide, leave=False)
@@ -186,5 +199,5 @@ def train_network(
             bar.update()
             bar.set_postfix(held_out=f"{float(progress.least):.2f}")
             if checkpoint and (done % checkpoint_every == 0 or done == recipe.epochs):
-                write_checkpoint(checkpoint, fingerprint, progress)
+                write_mlp_checkpoint(checkpoint, fingerprint, progress)
     return progress.best

@@ -17,7 +17,7 @@ from jaxtyping import Array, Bool, Float
 
 from mjx_inertia.dataset import PushTruth
 from mjx_inertia.estimators.estimate import Estimate, answer
-from mjx_inertia.estimators.force_balance import BalanceFit, BalanceSettings, force_balance
+from mjx_inertia.estimators.force_balance_fit import BalanceFit, BalanceSettings, force_balance
 from mjx_inertia.pushing import PushRecord, PushStatus
 from mjx_inertia.spatial import AnyArray
 

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mjx_inertia.estimators.boosted import BoostedSettings, boosted
+from mjx_inertia.estimators.boosted_trees import BoostedSettings, boosted
 from mjx_inertia.estimators.estimate import Estimator
-from mjx_inertia.estimators.forest import ForestSettings, forest
-from mjx_inertia.estimators.limit_surface import LimitSurfaceSettings, limit_surface
-from mjx_inertia.estimators.mean import MeanSettings, mean
-from mjx_inertia.estimators.mlp import MlpSettings, mlp
+from mjx_inertia.estimators.limit_surface_estimator import LimitSurfaceSettings, limit_surface
+from mjx_inertia.estimators.mean_estimator import MeanSettings, mean
+from mjx_inertia.estimators.mlp_estimator import MlpSettings, mlp
+from mjx_inertia.estimators.random_forest import ForestSettings, forest
 from mjx_inertia.estimators.sysid import SysidSettings, sysid
 
 

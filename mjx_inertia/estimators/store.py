@@ -14,13 +14,13 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from mjx_inertia.estimators.boosted import FittedBoosted
-from mjx_inertia.estimators.forest import FittedForest
+from mjx_inertia.estimators.boosted_trees import FittedBoosted
 from mjx_inertia.estimators.log_linear import LogLinear
-from mjx_inertia.estimators.mean import FittedMean
-from mjx_inertia.estimators.mlp import FittedMlp
+from mjx_inertia.estimators.mean_estimator import FittedMean
+from mjx_inertia.estimators.mlp_estimator import FittedMlp
 from mjx_inertia.estimators.mlp_network import InputScale, Shape
 from mjx_inertia.estimators.newton import FittedNewton
+from mjx_inertia.estimators.random_forest import FittedForest
 from mjx_inertia.estimators.training import TargetScale
 from mjx_inertia.estimators.trees import TreeEnsemble
 

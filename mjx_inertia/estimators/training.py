@@ -12,7 +12,7 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.estimators.estimate import KeyArray, targets_of, usable_rows
-from mjx_inertia.features import Examples, columns_of_set, select
+from mjx_inertia.features import Examples, columns_of_set, select_columns
 
 MIN_ROWS = 10
 _MIN_OBJECTS = 10
@@ -69,7 +69,7 @@ def training_table(examples: Examples, feature_set: str | None) -> TrainingTable
             f"fit: the truth of {impossible.sum()} usable examples is not finite or has a mass or "
             f"inertia that is not positive; the first such row holds {targets[impossible][0]}"
         )
-    features = np.asarray(select(examples, columns), dtype=np.float32)[keep]
+    features = np.asarray(select_columns(examples, columns), dtype=np.float32)[keep]
     return TrainingTable(features, targets, columns)
 
 

@@ -2,7 +2,6 @@
 
 from mjx_inertia.evaluation.accuracy_figures import calibration_histograms, predicted_against_true
 from mjx_inertia.evaluation.appearance import to_data_uri
-from mjx_inertia.evaluation.breakdown import CONDITIONS, BreakdownRow, breakdown
 from mjx_inertia.evaluation.condition_figures import (
     VariationGroup,
     error_averages,
@@ -10,6 +9,7 @@ from mjx_inertia.evaluation.condition_figures import (
     errors_by_condition,
     variation_boxes,
 )
+from mjx_inertia.evaluation.error_breakdown import CONDITIONS, BreakdownRow, breakdown
 from mjx_inertia.evaluation.errors import (
     TargetErrors,
     absolute_percent_difference,
@@ -18,7 +18,7 @@ from mjx_inertia.evaluation.errors import (
     relative_error_percent,
     target_errors,
 )
-from mjx_inertia.evaluation.evaluation import Evaluation, count_failures
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates, count_failures
 from mjx_inertia.evaluation.fit_figures import FitSignals, draw_fit, fit_signals
 from mjx_inertia.evaluation.information_figures import draw_bound_maps, draw_sequences
 from mjx_inertia.evaluation.intervals import (
@@ -46,8 +46,8 @@ __all__ = [
     "RESULT_COLUMNS",
     "BreakdownRow",
     "Calibration",
-    "Evaluation",
     "FitSignals",
+    "HeldOutEstimates",
     "Interval",
     "Published",
     "ReportContent",

@@ -1,6 +1,6 @@
 """Figures of a whole split: estimates against the truth, and claimed against actual uncertainty.
 
-In: `Evaluation`. Out: `matplotlib.figure.Figure`.
+In: `HeldOutEstimates`. Out: `matplotlib.figure.Figure`.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from mjx_inertia.evaluation.appearance import (
     styled,
 )
 from mjx_inertia.evaluation.errors import COM_TARGETS, TargetErrors, target_errors
-from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 from mjx_inertia.evaluation.intervals import Z_95, calibrate, z_scores
 from mjx_inertia.evaluation.tables import format_number
 
@@ -28,7 +28,7 @@ _Z_LIMIT = 5.0
 
 
 @styled()
-def predicted_against_true(evaluations: Sequence[Evaluation]) -> Figure:
+def predicted_against_true(evaluations: Sequence[HeldOutEstimates]) -> Figure:
     """Estimate over truth by target (columns) and estimator (rows), with the identity line."""
     figure, grid = grid_of_axes(len(evaluations), len(TARGETS), 2.65)
     for row, evaluation in zip(grid, evaluations, strict=True):
@@ -43,7 +43,7 @@ def predicted_against_true(evaluations: Sequence[Evaluation]) -> Figure:
 
 
 @styled()
-def calibration_histograms(evaluation: Evaluation) -> Figure:
+def calibration_histograms(evaluation: HeldOutEstimates) -> Figure:
     """Histogram of (truth - estimate)/sigma for each target over the standard normal density."""
     figure, grid = grid_of_axes(1, len(TARGETS), 2.6, share="y")
     line = np.linspace(-_Z_LIMIT, _Z_LIMIT, 201)

@@ -1,6 +1,6 @@
 """Figures of where errors come from: friction, mass, object, contact point, size.
 
-In: `Evaluation`. Out: `matplotlib.figure.Figure`. Thesis Figs 3.5, 3.6, 3.7 and 3.14.
+In: `HeldOutEstimates`. Out: `matplotlib.figure.Figure`. Thesis Figs 3.5, 3.6, 3.7 and 3.14.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from mjx_inertia.evaluation.appearance import (
     note,
     styled,
 )
-from mjx_inertia.evaluation.breakdown import (
+from mjx_inertia.evaluation.error_breakdown import (
     CONDITION_LABELS,
     Level,
     breakdown,
@@ -32,7 +32,7 @@ from mjx_inertia.evaluation.breakdown import (
     condition_values,
 )
 from mjx_inertia.evaluation.errors import target_errors
-from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 from mjx_inertia.evaluation.tables import format_number
 
 _COLOR_LIMIT_QUANTILE = 0.95  # a few huge errors must not bleach the rest
@@ -55,7 +55,7 @@ class VariationGroup:
 
 @styled()
 def errors_by_condition(
-    evaluation: Evaluation, condition: str, baseline: Evaluation | None = None
+    evaluation: HeldOutEstimates, condition: str, baseline: HeldOutEstimates | None = None
 ) -> Figure:
     """Signed mean (bars), its standard deviation (lines) and mean absolute error (dots) by level.
 
@@ -86,7 +86,7 @@ def errors_by_condition(
 
 
 @styled()
-def error_images(evaluation: Evaluation, *, max_objects: int = 16) -> Figure:
+def error_images(evaluation: HeldOutEstimates, *, max_objects: int = 16) -> Figure:
     """Relative error of mass and I_zz by object (rows, by rising mass) and contact point (columns).
 
     Thesis Fig. 3.5. Where there are more objects than fit, evenly spread ones of them are shown.
@@ -119,7 +119,7 @@ def error_images(evaluation: Evaluation, *, max_objects: int = 16) -> Figure:
 
 
 @styled()
-def error_averages(evaluation: Evaluation) -> Figure:
+def error_averages(evaluation: HeldOutEstimates) -> Figure:
     """Mean relative error of mass and I_zz for each object and for each contact point.
 
     Thesis Fig. 3.6: the averages of the rows and columns of the error images, over all objects.
@@ -206,16 +206,16 @@ def _set_levels(axes: Axes, labels: Sequence[str]) -> None:
     axes.set_xticks(np.arange(len(short)), short, rotation=turn, ha=anchor)
 
 
-def _objects_by_mass(evaluation: Evaluation) -> np.ndarray:
+def _objects_by_mass(evaluation: HeldOutEstimates) -> np.ndarray:
     ids, first = np.unique(np.asarray(evaluation.conditions.object_id), return_index=True)
     return ids[np.argsort(np.asarray(evaluation.truth.mass)[first], kind="stable")]
 
 
-def _contact_levels(evaluation: Evaluation) -> tuple[Level, ...]:
+def _contact_levels(evaluation: HeldOutEstimates) -> tuple[Level, ...]:
     return condition_levels(condition_values(evaluation, "contact_offset"))
 
 
-def _object_label(evaluation: Evaluation, object_id: int) -> str:
+def _object_label(evaluation: HeldOutEstimates, object_id: int) -> str:
     row = int(np.argmax(np.asarray(evaluation.conditions.object_id) == object_id))
     name = (evaluation.object_labels or {}).get(object_id, f"no. {object_id}")
     return f"{name} ({float(np.asarray(evaluation.truth.mass)[row]):.3g} kg)"

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mjx_inertia.estimators import TARGETS, EstimateStatus
-from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 
 COM_TARGETS = ("com_x", "com_y")
 COM_FLOOR_M = 1e-3
@@ -89,7 +89,7 @@ class TargetErrors:
         return ~(self.failed | self.left_out)
 
 
-def target_errors(evaluation: Evaluation, target: str) -> TargetErrors:
+def target_errors(evaluation: HeldOutEstimates, target: str) -> TargetErrors:
     """Errors of all rows of `evaluation` for one of `TARGETS`."""
     if target not in TARGETS:
         raise ValueError(f"target is {target!r}; choose one of {TARGETS}")
@@ -120,7 +120,7 @@ def target_errors(evaluation: Evaluation, target: str) -> TargetErrors:
     )
 
 
-def true_values(evaluation: Evaluation, target: str) -> Float[np.ndarray, " n"]:
+def true_values(evaluation: HeldOutEstimates, target: str) -> Float[np.ndarray, " n"]:
     """True values of one of `TARGETS`, SI units, float64."""
     if target in COM_TARGETS:
         return np.asarray(evaluation.truth.com, float)[:, COM_TARGETS.index(target)]

@@ -1,6 +1,6 @@
 """What is evaluated: the answers of one estimator to the test pushes of one split.
 
-In: estimates, truths and conditions of the same pushes. Out: `Evaluation`.
+In: estimates, truths and conditions of the same pushes. Out: `HeldOutEstimates`.
 """
 
 from collections import Counter
@@ -16,7 +16,7 @@ from mjx_inertia.pushing import PushStatus
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class HeldOutEstimates:
     """Estimates of one estimator beside the truth, one row a test push.
 
     Attributes:
@@ -68,7 +68,7 @@ class Evaluation:
         return len(np.unique(np.asarray(self.conditions.object_id)))
 
 
-def count_failures(evaluation: Evaluation) -> dict[str, int]:
+def count_failures(evaluation: HeldOutEstimates) -> dict[str, int]:
     """Failed estimates by reason, the most frequent first.
 
     The reason is the status of the push where it is known and not OK, else that of the estimate.

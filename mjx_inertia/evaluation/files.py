@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_text_whole(path: Path, text: str) -> None:
     """Writes `text` to `path` whole or not at all; an older file stays until the new one is done.
 
     Raises:

@@ -15,8 +15,8 @@ from tqdm import tqdm
 
 from mjx_inertia.estimators import TARGETS
 from mjx_inertia.evaluation.appearance import to_data_uri
-from mjx_inertia.evaluation.evaluation import Evaluation, count_failures
-from mjx_inertia.evaluation.files import write_whole
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates, count_failures
+from mjx_inertia.evaluation.files import write_text_whole
 from mjx_inertia.evaluation.report_figures import Section, plan_split_figures
 from mjx_inertia.evaluation.report_tables import (
     DETAIL_COLUMNS,
@@ -64,7 +64,7 @@ class ReportContent:
     """
 
     title: str
-    evaluations: Sequence[Evaluation]
+    evaluations: Sequence[HeldOutEstimates]
     splits: Sequence[SplitText] = ()
     config_yaml: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -76,7 +76,7 @@ class ReportContent:
 
 def write_report(path: Path, content: ReportContent) -> None:
     """Writes the page whole or not at all."""
-    write_whole(path, render_report(content))
+    write_text_whole(path, render_report(content))
 
 
 def render_report(content: ReportContent) -> str:
@@ -190,7 +190,7 @@ def _left_out(summaries: Sequence[TargetSummary]) -> list[str]:
 
 
 def _failures(
-    evaluations: Sequence[Evaluation], splits: Sequence[tuple[str, str]]
+    evaluations: Sequence[HeldOutEstimates], splits: Sequence[tuple[str, str]]
 ) -> list[tuple[str, str, str]]:
     """(split, estimators, reasons); estimators that failed alike share a row."""
     alike: dict[tuple[str, str, str], list[str]] = {}

@@ -12,13 +12,13 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from mjx_inertia.evaluation.accuracy_figures import calibration_histograms, predicted_against_true
-from mjx_inertia.evaluation.breakdown import condition_levels, condition_values
 from mjx_inertia.evaluation.condition_figures import (
     error_averages,
     error_images,
     errors_by_condition,
 )
-from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.error_breakdown import condition_levels, condition_values
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 from mjx_inertia.evaluation.summary import TargetSummary, leading_estimator
 
 _THESIS_CONDITIONS = ("friction", "mass")  # Fig. 3.14
@@ -49,7 +49,7 @@ class _Planned:
 
 
 def plan_split_figures(
-    evaluations: Sequence[Evaluation],
+    evaluations: Sequence[HeldOutEstimates],
     summaries: Sequence[TargetSummary],
     baseline: str,
     *,

@@ -1,6 +1,6 @@
 """One line per target: what an estimator achieves over a whole test split.
 
-In: `Evaluation`. Out: `TargetSummary` for each of `TARGETS`, in that order.
+In: `HeldOutEstimates`. Out: `TargetSummary` for each of `TARGETS`, in that order.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,7 +10,7 @@ import numpy as np
 
 from mjx_inertia.estimators import TARGETS
 from mjx_inertia.evaluation.errors import target_errors
-from mjx_inertia.evaluation.evaluation import Evaluation
+from mjx_inertia.evaluation.evaluation import HeldOutEstimates
 from mjx_inertia.evaluation.intervals import (
     Calibration,
     Interval,
@@ -74,13 +74,15 @@ class TargetSummary:
         return "%" if self.abs_mm is None else "mm"
 
 
-def summarize(evaluation: Evaluation, *, seed: int = 0) -> tuple[TargetSummary, ...]:
+def summarize(evaluation: HeldOutEstimates, *, seed: int = 0) -> tuple[TargetSummary, ...]:
     """Summary of each of `TARGETS`; `seed` draws the bootstrap."""
     groups = np.asarray(evaluation.conditions.object_id)
     return tuple(_summarize_target(evaluation, target, groups, seed) for target in TARGETS)
 
 
-def summarize_all(evaluations: Iterable[Evaluation], *, seed: int = 0) -> tuple[TargetSummary, ...]:
+def summarize_all(
+    evaluations: Iterable[HeldOutEstimates], *, seed: int = 0
+) -> tuple[TargetSummary, ...]:
     """Summaries of several evaluations, one after the other."""
     return tuple(row for evaluation in evaluations for row in summarize(evaluation, seed=seed))
 
@@ -103,7 +105,7 @@ def leading_estimator(summaries: Sequence[TargetSummary], baseline: str) -> str:
 
 
 def _summarize_target(
-    evaluation: Evaluation, target: str, groups: np.ndarray, seed: int
+    evaluation: HeldOutEstimates, target: str, groups: np.ndarray, seed: int
 ) -> TargetSummary:
     errors = target_errors(evaluation, target)
     signed = errors.signed_percent[errors.used]

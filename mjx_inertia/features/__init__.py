@@ -1,14 +1,14 @@
 """A push as a vector with named entries."""
 
-from mjx_inertia.features.examples import (
+from mjx_inertia.features.example_table import (
     Examples,
     columns_of_set,
     concatenate,
     families_of,
-    select,
-    take,
+    select_columns,
+    take_examples,
 )
-from mjx_inertia.features.extract import FEATURE_SETS, examples, extract, feature_names
+from mjx_inertia.features.extraction import FEATURE_SETS, examples, extract, feature_names
 from mjx_inertia.features.signals import FeatureSettings
 
 __all__ = [
@@ -21,6 +21,6 @@ __all__ = [
     "extract",
     "families_of",
     "feature_names",
-    "select",
-    "take",
+    "select_columns",
+    "take_examples",
 ]

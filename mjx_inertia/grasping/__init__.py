@@ -17,27 +17,18 @@ from mjx_inertia.grasping.contact_model import (
 from mjx_inertia.grasping.evaluate import GraspCosts, evaluate_grasps, grasp_costs
 from mjx_inertia.grasping.grasp import Contacts, Grasp, grasps_at
 from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
-from mjx_inertia.grasping.gripping_force import ObjectMotion, gripping_force, holding_wrench
 from mjx_inertia.grasping.hand_clearance import GraspFit, grasp_fit
 from mjx_inertia.grasping.holding import greatest_gripping_force, object_motion
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings, conditioning, reach
+from mjx_inertia.grasping.jaw_force import ObjectMotion, gripping_force, holding_wrench
 from mjx_inertia.grasping.metrics import (
     METRICS,
     AlongPath,
-    along,
+    signals_along_path,
     twist_manipulability,
     velocity_manipulability,
 )
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, plan_motion
-from mjx_inertia.grasping.object_path import (
-    TASKS,
-    Move,
-    ObjectPath,
-    Task,
-    object_path,
-    pose_on,
-    quintic,
-)
 from mjx_inertia.grasping.payload_belief import (
     PayloadBelief,
     belief_of_push,
@@ -47,6 +38,15 @@ from mjx_inertia.grasping.payload_belief import (
 )
 from mjx_inertia.grasping.ranking import CRITERIA, GraspRanking, hands_of, rank_grasps
 from mjx_inertia.grasping.sampler import GraspSample, SamplerSettings, grasps_along, sample_grasps
+from mjx_inertia.grasping.task_path import (
+    TASKS,
+    Move,
+    ObjectPath,
+    Task,
+    object_path,
+    object_pose_at,
+    quintic,
+)
 from mjx_inertia.grasping.two_soft_fingers import least_normal_force, least_squeeze
 from mjx_inertia.grasping.uncertainty import (
     Regret,
@@ -91,7 +91,6 @@ __all__ = [
     "Task",
     "UncertainCost",
     "WrenchHull",
-    "along",
     "antipodal_margin",
     "belief_of_push",
     "belief_of_ten_numbers",
@@ -117,17 +116,18 @@ __all__ = [
     "object_inertia",
     "object_motion",
     "object_path",
+    "object_pose_at",
     "operational_dynamics",
     "operational_inertia",
     "payloads_at",
     "plan_motion",
-    "pose_on",
     "quintic",
     "rank_grasps",
     "reach",
     "regret",
     "sample_grasps",
     "sampled_cost",
+    "signals_along_path",
     "twist_manipulability",
     "velocity_manipulability",
     "with_payload",

@@ -12,16 +12,16 @@ import numpy as np
 
 from mjx_inertia import runtime
 from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
-from mjx_inertia.grasping.object_path import TASKS, object_path
 from mjx_inertia.grasping.picture import picture_of, save_picture
-from mjx_inertia.grasping.ranking import CRITERIA, rank_grasps, table
+from mjx_inertia.grasping.ranking import CRITERIA, rank_grasps, ranking_table
 from mjx_inertia.grasping.sampler import SamplerSettings, sample_grasps
+from mjx_inertia.grasping.task_path import TASKS, object_path
 from mjx_inertia.objects import ObjectModel, import_object, load_catalogue
 from mjx_inertia.objects.catalogue.build import nearest
 from mjx_inertia.robots import Arm, baxter, load_arm, lwa4d
 from mjx_inertia.spatial import Pose
 
-# Where the object stands unless it is told: m, in the arm's world frame.
+# Default position of the object, m, in the arm's world frame.
 _PLACES = {
     "baxter": (0.6, 0.3, -0.1),
     "baxter_right": (0.6, -0.3, -0.1),
@@ -82,7 +82,7 @@ def _run(given: argparse.Namespace) -> None:
         f"{arm.name} holds {obj.name} ({float(obj.inertial.mass):.3g} kg) with {gripper.name}; "
         f"{given.task} from {' '.join(f'{x:g}' for x in place)} m; by {given.metric}"
     )
-    print(table(ranking))
+    print(ranking_table(ranking))
     print(
         f"{len(ranking.order)} of {count} grasps can be used, {len(ranking.front)} of them on the "
         f"Pareto front (*) of effort, effective mass, manipulability and gripping force; "

@@ -16,15 +16,14 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.robots.arm import Arm, check_joints
+from mjx_inertia.robots.chain import Frame, unstack
 from mjx_inertia.robots.recursions import (
-    Frame,
-    columns_rate,
     composite_bodies,
-    hand_columns,
     hand_point,
+    jacobian_columns,
+    jacobian_rate_twist,
     link_frames,
     newton_euler,
-    row,
     zeros,
 )
 from mjx_inertia.spatial import (
@@ -100,8 +99,8 @@ def operational_inertia(
         not the upper left block of Λ, which is that of a hand kept from turning.
     """
     check_joints(arm, q=q)
-    factor = factorize(composite_bodies(arm, row(q)))
-    rows = _rows(arm, link_frames(arm, row(q)), point, translation)
+    factor = factorize(composite_bodies(arm, unstack(q)))
+    rows = _rows(arm, link_frames(arm, unstack(q)), point, translation)
     half = [solve_lower(factor, j) for j in rows]
     return stacked(inverse(factorize(_gram(half))), q.dtype)
 
@@ -123,10 +122,10 @@ def effective_mass(
       point: of the hand that is hit, m, in the hand's frame; its origin if None.
     """
     check_joints(arm, q=q)
-    rows = _rows(arm, link_frames(arm, row(q)), point, translation=True)
+    rows = _rows(arm, link_frames(arm, unstack(q)), point, translation=True)
     u = components(direction)
     along = [once(inner(u, column)) for column in zip(*rows, strict=True)]
-    half = solve_lower(factorize(composite_bodies(arm, row(q))), along)
+    half = solve_lower(factorize(composite_bodies(arm, unstack(q))), along)
     return jnp.asarray(1.0 / inner(half, half), q.dtype)
 
 
@@ -148,9 +147,9 @@ def operational_dynamics(
       translation: of the translation alone (r = 3) rather than of the twist (r = 6).
     """
     check_joints(arm, q=q, qd=qd)
-    frames = link_frames(arm, row(q))
+    frames = link_frames(arm, unstack(q))
     rows = _rows(arm, frames, point, translation)
-    factor = factorize(composite_bodies(arm, row(q)))
+    factor = factorize(composite_bodies(arm, unstack(q)))
     half = [solve_lower(factor, j) for j in rows]
     inertia = inverse(factorize(_gram(half)))
     # J̄ᵀ = Λ J M⁻¹, with J M⁻¹ from the halves L⁻¹ Jᵀ that are there
@@ -158,10 +157,10 @@ def operational_dynamics(
     consistent = [
         [once(inner(line, column)) for line in inertia] for column in zip(*responses, strict=True)
     ]
-    weight = newton_euler(arm, row(q), zeros(arm), zeros(arm))
-    bias = newton_euler(arm, row(q), row(qd), zeros(arm))
-    columns = hand_columns(arm, frames, hand_point(arm, frames[-1], point))
-    linear, angular = columns_rate(columns, row(qd))
+    weight = newton_euler(arm, unstack(q), zeros(arm), zeros(arm))
+    bias = newton_euler(arm, unstack(q), unstack(qd), zeros(arm))
+    columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
+    linear, angular = jacobian_rate_twist(columns, unstack(qd))
     drift = [*linear, *angular][: len(rows)]
     by_hand = list(zip(*consistent, strict=True))
     coriolis = [
@@ -196,7 +195,7 @@ def object_inertia(
 
 def _rows(arm: Arm, frames: list[Frame], point: Point, translation: bool) -> Sequence[Row]:
     """The hand's Jacobian."""
-    columns = hand_columns(arm, frames, hand_point(arm, frames[-1], point))
+    columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
     rows = zip(*((*linear, *angular) for linear, angular in columns), strict=True)
     return list(rows)[: 3 if translation else 6]
 

@@ -65,7 +65,7 @@ class Bottle:
 
 @dataclasses.dataclass(frozen=True)
 class Collision:
-    """What was felt.
+    """Contact force of a collision.
 
     Attributes:
       time: s since the start of the motion.

@@ -15,9 +15,9 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia.grasping.augmented import with_payload
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings
-from mjx_inertia.grasping.metrics import METRICS, AlongPath, along
+from mjx_inertia.grasping.metrics import METRICS, AlongPath, signals_along_path
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, motion_status, plan_motion
-from mjx_inertia.grasping.object_path import ObjectPath
+from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.robots import Arm, over_states
 from mjx_inertia.spatial import (
     Consistency,
@@ -72,7 +72,7 @@ def grasp_costs(
       settings: what counts as reached.
     """
     holding = with_payload(arm, payload, T_obj_hand.inverse().to_se3())
-    signals = along(holding, motion)
+    signals = signals_along_path(holding, motion)
     costs = jnp.stack([METRICS[name](holding, motion, signals) for name in metrics])
     status = motion_status(arm, motion, signals.torque, settings or ReachSettings())
     bad = check_consistency(payload) > Consistency.ON_BOUNDARY

@@ -72,7 +72,9 @@ class HandFrames:
     width: Float[ndarray, " n"]
 
 
-def hand_frames(points: Float[AnyArray, "n 2 3"], approach: Float[AnyArray, "n 3"]) -> HandFrames:
+def hand_frames_from_points(
+    points: Float[AnyArray, "n 2 3"], approach: Float[AnyArray, "n 3"]
+) -> HandFrames:
     """Hands that touch the points of pad 0 and pad 1.
 
     Args:
@@ -112,12 +114,12 @@ def grasps_at(
     Args:
       points: of pad 0 and pad 1, m, in the object frame.
       normals: of length 1, into the object.
-      approach: as for `hand_frames`.
+      approach: as for `hand_frames_from_points`.
 
     Raises:
-      ValueError: as `hand_frames`.
+      ValueError: as `hand_frames_from_points`.
     """
-    frames = hand_frames(points, approach)
+    frames = hand_frames_from_points(points, approach)
     wxyz = Rotation.from_matrix(frames.axes).as_quat(scalar_first=True)
     return Grasp(
         T_obj_hand=jaxlie.SE3(jnp.asarray(np.concatenate([wxyz, frames.origin], axis=1))),

@@ -10,8 +10,8 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.grasping.contact_model import SoftFinger
 from mjx_inertia.grasping.grasp import Contacts
-from mjx_inertia.grasping.gripping_force import ObjectMotion, gripping_force
-from mjx_inertia.grasping.object_path import ObjectPath, carried, pose_on
+from mjx_inertia.grasping.jaw_force import ObjectMotion, gripping_force
+from mjx_inertia.grasping.task_path import ObjectPath, moving_frame_twist, object_pose_at
 from mjx_inertia.spatial import AnyArray, InertialParameters
 
 
@@ -19,7 +19,7 @@ def object_motion(path: ObjectPath) -> ObjectMotion:
     """Velocities and accelerations of the object frame at the waypoints of a path."""
 
     def at(move: Array, s: Array, rate: Array, acceleration: Array) -> ObjectMotion:
-        pose, xi, bend = carried(lambda s: pose_on(path, move, s), s)
+        pose, xi, bend = moving_frame_twist(lambda s: object_pose_at(path, move, s), s)
         change = acceleration * xi + rate**2 * bend
         return ObjectMotion(pose.rotation, change[:3], rate * xi[3:], change[3:])
 

@@ -18,7 +18,8 @@ from jaxtyping import Array, Float, Int
 from scipy.stats import qmc
 
 from mjx_inertia.robots import Arm
-from mjx_inertia.robots.recursions import Frame, Row, hand_columns, hand_frame, link_frames, row
+from mjx_inertia.robots.chain import Frame, unstack
+from mjx_inertia.robots.recursions import Row, hand_frame, jacobian_columns, link_frames
 from mjx_inertia.spatial import Pose
 from mjx_inertia.spatial.components import (
     Component,
@@ -90,10 +91,11 @@ class JointPath:
 def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
     """Joint positions at which the hand is at the first of some poses, or as near as was found.
 
-    Damped least squares from several starts, within the limits, while the redundant joints move
-    towards the middle of their ranges; from there on to the other poses by the shortest way. Of
-    what arrives everywhere, that which stays farthest from its limits. The starts are compared in
-    single precision; the search from the best of them is repeated in the precision of `stops`.
+    Damped least squares from several starts, within the limits. The redundant joints move towards
+    the middle of their ranges. Each solution is continued to the other poses by least joint
+    displacement. Among the starts that reach every pose, the one farthest from the joint limits is
+    taken. Starts are compared in single precision. The search from the best one is repeated in the
+    precision of `stops`.
 
     Args:
       arm: the arm.
@@ -157,14 +159,14 @@ def _search(
         ends = (limits[1:] for limits in ranges)
         return once(tuple(jnp.clip(x, *end) for x, end in zip(moved, ends, strict=True))), None
 
-    found, _ = jax.lax.scan(iteration, row(q), shares.astype(q.dtype))
+    found, _ = jax.lax.scan(iteration, unstack(q), shares.astype(q.dtype))
     size = sum(e * e for e in _scaled(pose_error(wanted, _hand(arm, found)[0])))
     q = stacked(found, q.dtype)
     margin = jnp.min(1.0 - jnp.abs(q - middle.astype(q.dtype)) / half.astype(q.dtype))
     return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
 
 
-def follow(
+def follow_path(
     arm: Arm,
     q: Float[Array, " n"],
     hand: HandPath,
@@ -217,8 +219,8 @@ def follow(
         return (q, slope, next_number, next_s), (*arrays, sizes, _conditioning(rows))
 
     # the first waypoint is where the path begins: a step of no length, whatever its slope
-    still = row(jnp.zeros_like(q))
-    _, found = jax.lax.scan(step, (row(q), still, move[0], s[0]), (move, s))
+    still = unstack(jnp.zeros_like(q))
+    _, found = jax.lax.scan(step, (unstack(q), still, move[0], s[0]), (move, s))
     return JointPath(*found)
 
 
@@ -235,7 +237,7 @@ def pose_error(wanted: Frame, found: Frame) -> Row:
 
 def conditioning(arm: Arm, q: Float[Array, " n"]) -> Float[Array, ""]:
     """√(det J Jᵀ), translations over 0.1 m: zero at a singular configuration (Yoshikawa 1985)."""
-    return _conditioning(_hand(arm, row(q))[1])
+    return _conditioning(_hand(arm, unstack(q))[1])
 
 
 def _conditioning(rows: Rows) -> Float[Array, ""]:
@@ -248,7 +250,7 @@ def _hand(arm: Arm, q: Row) -> tuple[Frame, Rows]:
     """The hand in the world, and the rows of its Jacobian, translations over 0.1 m."""
     frames = link_frames(arm, q)
     hand = hand_frame(arm, frames[-1])
-    columns = [_scaled((*v, *w)) for v, w in hand_columns(arm, frames, hand.origin)]
+    columns = [_scaled((*v, *w)) for v, w in jacobian_columns(arm, frames, hand.origin)]
     return hand, list(zip(*columns, strict=True))
 
 

@@ -1,7 +1,7 @@
 """What a grasp costs along a task: effort, safety, dexterity, limits, work.
 
-In: an `Arm` with its payload (`with_payload`) and a `GraspMotion`. Out: a number, the less the
-better, of one grasp; `METRICS` names them. All are smooth where the motion is, so they have
+In: an `Arm` with its payload (`with_payload`) and a `GraspMotion`. Out: a number for one grasp;
+lower is better. `METRICS` names them. All are smooth where the motion is, so they have
 gradients in the grasp and in the payload. Sums that two metrics share are computed once when they
 are compiled together.
 """
@@ -66,7 +66,7 @@ def state_signals(
     )
 
 
-def along(arm: Arm, motion: GraspMotion) -> AlongPath:
+def signals_along_path(arm: Arm, motion: GraspMotion) -> AlongPath:
     """The signals at every waypoint of a motion."""
     linear = motion.tangent[:, :3]
     length = jnp.sqrt(jnp.maximum(jnp.sum(linear**2, -1, keepdims=True), 1e-30))
@@ -99,7 +99,7 @@ def velocity_manipulability(
 def twist_manipulability(
     arm: Arm, q: Float[Array, " n"], tangent: Float[Array, "6"], length: float
 ) -> Float[Array, ""]:
-    """The same of the whole twist, with `length` (m) as what a radian counts; errata 18."""
+    """Velocity manipulability of the whole twist; `length` (m) weighs a radian; errata 18."""
     scale = jnp.array([1.0 / length] * 3 + [1.0] * 3, q.dtype)
     rows, scaled = hand_jacobian(arm, q) * scale[:, None], tangent * scale
     return _ellipsoid(components(rows), components(scaled / jnp.linalg.norm(scaled)), q)

@@ -1,7 +1,7 @@
 """What the joints do while a grasped object follows its path, and whether the arm can do it.
 
-In: an `Arm`, the hand in the object's frame, an `ObjectPath`. Out: `GraspMotion`, a status: one
-grasp that fails leaves the others of a batch as they are. Written for one grasp.
+In: an `Arm`, the hand in the object's frame, an `ObjectPath`. Out: `GraspMotion` and a status. A
+grasp that fails does not affect the others of a batch. Written for one grasp.
 """
 
 import enum
@@ -12,8 +12,8 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
-from mjx_inertia.grasping.inverse_kinematics import JointPath, ReachSettings, follow, reach
-from mjx_inertia.grasping.object_path import ObjectPath, carried, pose_on
+from mjx_inertia.grasping.inverse_kinematics import JointPath, ReachSettings, follow_path, reach
+from mjx_inertia.grasping.task_path import ObjectPath, moving_frame_twist, object_pose_at
 from mjx_inertia.robots import Arm
 from mjx_inertia.spatial import Pose
 
@@ -61,7 +61,9 @@ def hand_path(
     path: ObjectPath, T_obj_hand: Pose, move: Int[Array, ""], s: Float[Array, ""]
 ) -> tuple[Pose, Float[Array, "6"], Float[Array, "6"]]:
     """T_world_hand on an object's path, its twist per unit of s and the derivative of that."""
-    place, xi, bend = carried(lambda s: pose_on(path, move, s), s)  # alike for all grasps
+    place, xi, bend = moving_frame_twist(
+        lambda s: object_pose_at(path, move, s), s
+    )  # alike for all grasps
     spin, turn = xi[3:], bend[3:]
     lever = (place.rotation * T_obj_hand.translation).sum(-1)
     about = jnp.cross(spin, lever)
@@ -76,14 +78,14 @@ def hand_path(
 def plan_motion(
     arm: Arm, T_obj_hand: Pose, path: ObjectPath, settings: ReachSettings | None = None
 ) -> GraspMotion:
-    """The motion of least joint speed, from the start whose way stays farthest from the limits."""
+    """The motion of least joint speed, from the start that stays farthest from the joint limits."""
     chosen = settings or ReachSettings()
     hand = functools.partial(hand_path, path, T_obj_hand)
     moves = jnp.arange(len(path.moves.angle))
     ends = jax.vmap(lambda move, s: hand(move, s)[0])(
         jnp.append(moves[:1], moves), jnp.ones(len(moves) + 1).at[0].set(0.0)
     )
-    found = follow(arm, reach(arm, ends, chosen), hand, path.move, path.s)
+    found = follow_path(arm, reach(arm, ends, chosen), hand, path.move, path.s)
     return _timed(found, path, T_obj_hand)
 
 

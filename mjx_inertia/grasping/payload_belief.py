@@ -1,6 +1,6 @@
 """What is known of a payload: a Gaussian over its ten log-Cholesky parameters.
 
-Every draw from it is a body that can exist. In: estimates with covariances, in the ten numbers of a
+Every sample is physically consistent. In: estimates with covariances, in the ten numbers of a
 `FullInertia` or as a push gives them together with a shape. Out: `PayloadBelief`.
 """
 
@@ -113,11 +113,11 @@ def belief_of_push(
     unevenness: float = 0.1,
     T_obj_world: jaxlie.SE3 | None = None,
 ) -> PayloadBelief:
-    """A belief from what a push tells, completed by the object's shape.
+    """A belief from the estimate of a push, completed by the object's shape.
 
     The push tells (mass, I_zz, com_x, com_y). The rest follows from the shape filled with one
-    density, as `objects.combine_shape_and_push` does it, but with a shape that is the less trusted
-    the less even the density may be; so where push and shape disagree, the surer one counts.
+    density, as in `objects.combine_shape_and_push`. The weight of the shape falls with
+    `unevenness`. Where push and shape disagree, the one with the smaller variance prevails.
 
     Args:
       pushed: in the world frame in which the shape was seen.

@@ -22,10 +22,10 @@ from scipy.spatial import cKDTree
 
 from mjx_inertia.grasping.grasp import Grasp
 from mjx_inertia.grasping.gripper import Gripper
-from mjx_inertia.grasping.object_path import ObjectPath, pose_on
 from mjx_inertia.grasping.ranking import UNITS, GraspRanking
+from mjx_inertia.grasping.task_path import ObjectPath, object_pose_at
 from mjx_inertia.objects import ObjectModel
-from mjx_inertia.objects.picture import View, draw
+from mjx_inertia.objects.picture import View, draw_meshes
 from mjx_inertia.objects.whole_file import write_whole
 from mjx_inertia.robots import Arm, hand_pose, link_poses
 from mjx_inertia.spatial import Pose
@@ -80,8 +80,8 @@ def picture_of(
     axes = figure.subplots(1, 3)
     views = View(size=_SIZE)
     panels = (
-        ("where the fingers touch", draw([surface], [paint], views)),
-        (f"the best {len(best)}", draw([obj.mesh, *boxes], [_UNTOUCHED, *tints], views)),
+        ("where the fingers touch", draw_meshes([surface], [paint], views)),
+        (f"the best {len(best)}", draw_meshes([obj.mesh, *boxes], [_UNTOUCHED, *tints], views)),
     )
     for axis, (title, picture) in zip(axes, panels, strict=False):
         axis.imshow(picture.image)
@@ -179,7 +179,7 @@ def _draw_arm(
     path: ObjectPath,
 ) -> None:
     row = int(ranking.order[0])
-    poses: Pose = jax.vmap(lambda move, s: pose_on(path, move, s))(path.move, path.s)
+    poses: Pose = jax.vmap(lambda move, s: object_pose_at(path, move, s))(path.move, path.s)
     start = np.eye(4)
     start[:3, :3], start[:3, 3] = poses.rotation[0], poses.translation[0]
     table = np.array([0.0, 0.0, -start[2, 3]])  # the picture's ground is at z = 0
@@ -188,7 +188,7 @@ def _draw_arm(
     links = arm_meshes(arm, np.asarray(ranking.found.motion.q[row, 0]), gripper.finger_length)
     meshes = [m.apply_translation(table) for m in (body, *hand, *links)]
     colors = [obj.color, *[(0.25, 0.25, 0.28)] * len(hand), *[_ARM] * len(links)]
-    picture = draw(meshes, colors, View(azimuth_deg=-50.0, elevation_deg=22.0, size=_SIZE))
+    picture = draw_meshes(meshes, colors, View(azimuth_deg=-50.0, elevation_deg=22.0, size=_SIZE))
     com = np.asarray(jax.vmap(lambda pose: pose.apply(path.moves.com_obj))(poses)) + table
     axis.imshow(picture.image)
     axis.plot(*picture.place(com).T, color="tab:red", lw=1.5)

@@ -20,7 +20,7 @@ from mjx_inertia.grasping.holding import greatest_gripping_force
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings
 from mjx_inertia.grasping.metrics import METRICS
 from mjx_inertia.grasping.motion import GraspStatus
-from mjx_inertia.grasping.object_path import ObjectPath
+from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.pareto import pareto_set
 from mjx_inertia.robots import Arm
 from mjx_inertia.spatial import InertialParameters, Pose
@@ -122,7 +122,7 @@ def rank_grasps(
     return GraspRanking(grasps, found, costs, force, np.flatnonzero(slips), order, front)
 
 
-def table(ranking: GraspRanking, rows: int = 10) -> str:
+def ranking_table(ranking: GraspRanking, rows: int = 10) -> str:
     """The best grasps as lines of text; a star is one of the Pareto set."""
     names = [name.replace("inverse_manipulability", "1/manipulability") for name in CRITERIA]
     heads = [f"{name} [{UNITS[key]}]" for name, key in zip(names, CRITERIA, strict=True)]

@@ -12,7 +12,7 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.grasping.grasp import Grasp, grasps_at, hand_frames
+from mjx_inertia.grasping.grasp import Grasp, grasps_at, hand_frames_from_points
 from mjx_inertia.grasping.gripper import Gripper
 from mjx_inertia.grasping.hand_clearance import above_plane, collides, pads_blocked
 from mjx_inertia.objects import ObjectModel
@@ -105,8 +105,8 @@ def sample_grasps(
 
     A contact is uniform on the surface; a ray from it into the object, within the friction cone,
     leaves it at one or more places, each of which may be the other contact (so a mug is held by its
-    wall or around it). Kept are pairs that the jaw can open to with hands that overlap the object
-    nowhere, see `hand_clearance`.
+    wall or around it). A pair is kept if the jaw can open that wide and the hand does not overlap
+    the object, see `hand_clearance`.
 
     Args:
       obj: whose `mesh` is grasped.
@@ -251,12 +251,12 @@ def _reachable(
     rejected["pads"] += int(np.sum(blocked))
     hands = _turned(pairs[~blocked], settings.approaches)
     hands = hands[generator.permutation(len(hands))]
-    frames = hand_frames(hands.points, hands.approach)
+    frames = hand_frames_from_points(hands.points, hands.approach)
     if settings.above_table:
         above = above_plane(gripper, frames, settings.clearance)
         rejected["table"] += int(np.sum(~above))
         hands = hands[above]
-        frames = hand_frames(hands.points, hands.approach)
+        frames = hand_frames_from_points(hands.points, hands.approach)
     hit = collides(mesh, gripper, frames, settings.clearance)
     rejected["collision"] += int(np.sum(hit))
     return hands[~hit]
@@ -264,7 +264,7 @@ def _reachable(
 
 def _turned(pairs: _Candidates, count: int) -> _Candidates:
     """Each pair `count` times, with its approach turned about the closing direction."""
-    axes = hand_frames(pairs.points, pairs.approach).axes
+    axes = hand_frames_from_points(pairs.points, pairs.approach).axes
     angle = 2.0 * np.pi * np.arange(count)[:, None, None] / count
     approach = np.cos(angle) * axes[:, :, 2] + np.sin(angle) * axes[:, :, 0]
     rows = np.tile(np.arange(len(pairs)), count)

@@ -1,8 +1,8 @@
 """Shapes with their true inertia: the catalogue, prisms on an outline, published objects."""
 
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
-from mjx_inertia.objects.compose import combine, re_mass, scale
-from mjx_inertia.objects.convex_pieces import area_error, convex_pieces
+from mjx_inertia.objects.compose import combine_objects, re_mass, scale_object
+from mjx_inertia.objects.convex_partition import area_error, convex_pieces
 from mjx_inertia.objects.convex_solids import hull_vertices, upright
 from mjx_inertia.objects.density_field import properties_of_field
 from mjx_inertia.objects.depth_camera import (
@@ -16,14 +16,13 @@ from mjx_inertia.objects.depth_camera import (
 )
 from mjx_inertia.objects.depth_fusion import FusedSolid, FusionSettings, TriangleMesh, fuse_views
 from mjx_inertia.objects.export import export_objects
-from mjx_inertia.objects.from_parts import from_parts
-from mjx_inertia.objects.import_object import import_object
 from mjx_inertia.objects.manifolds import outlines_between
-from mjx_inertia.objects.mass_properties import mass_properties, polyhedron_properties
 from mjx_inertia.objects.mcube import load_mcube_objects
 from mjx_inertia.objects.mesh_defects import Finding, MeshDefect, find_defects
+from mjx_inertia.objects.mesh_integrals import mass_properties, polyhedron_properties
 from mjx_inertia.objects.mesh_repair import RepairedMesh, repair_mesh
 from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.object_import import import_object
 from mjx_inertia.objects.outline import (
     OutlineContact,
     PlanarIntegrals,
@@ -33,7 +32,8 @@ from mjx_inertia.objects.outline import (
     signed_area,
 )
 from mjx_inertia.objects.part import Part, moved, on_table, transformed, turned
-from mjx_inertia.objects.prism import cube, cuboid, prism
+from mjx_inertia.objects.part_assembly import from_parts
+from mjx_inertia.objects.prisms import cube, cuboid, prism
 from mjx_inertia.objects.random_shapes import RandomShapes, random_objects
 from mjx_inertia.objects.shape_and_push import (
     FULL_INERTIA_NAMES,
@@ -68,7 +68,7 @@ __all__ = [
     "camera_ring",
     "cast_views",
     "closest_on_outline",
-    "combine",
+    "combine_objects",
     "combine_shape_and_push",
     "convex_pieces",
     "cube",
@@ -96,7 +96,7 @@ __all__ = [
     "random_objects",
     "re_mass",
     "repair_mesh",
-    "scale",
+    "scale_object",
     "signed_area",
     "transformed",
     "turned",

@@ -13,7 +13,7 @@ from mjx_inertia import runtime
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
 from mjx_inertia.objects.export import FORMATS, export_objects
 from mjx_inertia.objects.gallery import gallery
-from mjx_inertia.objects.listing import table
+from mjx_inertia.objects.listing import object_table
 
 _COMMANDS = ("list", "gallery", "export")
 
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             export_objects(objects, given.folder, given.format)
             print(f"{len(objects)} objects in {given.folder}")
         else:
-            print(table(objects.values()))
+            print(object_table(objects.values()))
             print(f"{len(objects)} objects")
     except (ValueError, OSError) as error:
         print(error, file=sys.stderr)

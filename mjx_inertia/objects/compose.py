@@ -15,11 +15,11 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.from_parts import SUPPORT_DEPTH, joined
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, union
-from mjx_inertia.objects.mass_properties import is_positive
+from mjx_inertia.objects.mesh_integrals import is_positive
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Part, transformed
+from mjx_inertia.objects.part_assembly import SUPPORT_DEPTH, combine_bodies
 from mjx_inertia.spatial import (
     InertialParameters,
     change_frame,
@@ -51,7 +51,7 @@ def re_mass(obj: ObjectModel, mass: float) -> ObjectModel:
     )
 
 
-def scale(
+def scale_object(
     obj: ObjectModel, factor: float | tuple[float, float, float], mass: float | None = None
 ) -> ObjectModel:
     """The object stretched about the origin of its frame.
@@ -95,7 +95,7 @@ def scale(
     return larger if mass is None else re_mass(larger, mass)
 
 
-def combine(
+def combine_objects(
     objects: Sequence[ObjectModel], poses: Sequence[jaxlie.SE3], name: str = "combined"
 ) -> ObjectModel:
     """Several objects joined rigidly into one, of non-uniform mass.
@@ -130,7 +130,7 @@ def combine(
         name=name,
         outline=silhouette(whole, name),
         height=whole.bounding_box()[5],
-        inertial=joined(bodies),
+        inertial=combine_bodies(bodies),
         pieces=tuple(
             piece @ T[:3, :3].T + T[:3, 3]
             for obj, T in zip(objects, matrices, strict=True)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from shapely.geometry.base import BaseGeometry
 
-from mjx_inertia.objects.convex_pieces import convex_pieces
+from mjx_inertia.objects.convex_partition import convex_pieces
 from mjx_inertia.objects.manifolds import difference_volume, filled, to_manifold
 
 SECTIONS = 48  # facets around a circle; a multiple of 4, and of the sectors

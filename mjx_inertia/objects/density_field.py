@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Integer
 from numpy import ndarray
 
-from mjx_inertia.objects.mass_properties import checked_solid, middle_of, nowhere_negative
+from mjx_inertia.objects.mesh_integrals import checked_solid, middle_of, nowhere_negative
 from mjx_inertia.spatial import (
     AnyArray,
     InertialParameters,

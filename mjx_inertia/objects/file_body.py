@@ -14,15 +14,15 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.from_parts import joined
 from mjx_inertia.objects.part import Color, Part, transformed
+from mjx_inertia.objects.part_assembly import combine_bodies
 from mjx_inertia.spatial import InertialParameters
 
 _SECTIONS = 128  # facets around a primitive: 0.04 % of a cylinder's volume
 _CAPSULE = [64, _SECTIONS]  # from pole to pole, around
 _SUBDIVISIONS = 4  # of an icosahedron: 0.4 % of a sphere's volume
 
-Pose = Float[ndarray, "4 4"]
+Transform = Float[ndarray, "4 4"]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:
         case "sphere":
             return trimesh.creation.icosphere(_SUBDIVISIONS, float(size[0]))
         case "ellipsoid":
-            return placed(trimesh.creation.icosphere(_SUBDIVISIONS), np.diag([*size, 1.0]))
+            return transform_mesh(trimesh.creation.icosphere(_SUBDIVISIONS), np.diag([*size, 1.0]))
         case "cylinder" | "capsule":
             radius, length = map(float, size)
             # at radius 1: `trimesh` leaves out triangles that are small in absolute terms
@@ -137,12 +137,12 @@ def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:
                 mesh = trimesh.creation.cylinder(1.0, length / radius, sections=_SECTIONS)
             else:
                 mesh = trimesh.creation.capsule(length / radius, 1.0, count=_CAPSULE)
-            return placed(mesh, np.diag([radius, radius, radius, 1.0]))
+            return transform_mesh(mesh, np.diag([radius, radius, radius, 1.0]))
     raise ValueError(f"a geometry of kind {kind!r}, which bounds no solid")
 
 
 def stated_inertial(
-    mass: float, about_com: Float[ndarray, "3 3"], T_body_axes: Pose
+    mass: float, about_com: Float[ndarray, "3 3"], T_body_axes: Transform
 ) -> InertialParameters:
     """Parameters as files state them, in the frame of the body; in double precision, NumPy arrays.
 
@@ -162,12 +162,12 @@ def stated_inertial(
         return jax.tree.map(np.asarray, body)
 
 
-def joined_exactly(bodies: Sequence[InertialParameters]) -> InertialParameters:
+def combine_bodies_float64(bodies: Sequence[InertialParameters]) -> InertialParameters:
     """Bodies in one frame as one body, in double precision, as NumPy arrays."""
     with jax.enable_x64(True):
-        return jax.tree.map(np.asarray, joined(bodies))
+        return jax.tree.map(np.asarray, combine_bodies(bodies))
 
 
-def placed(mesh: trimesh.Trimesh, T_new_old: Pose) -> trimesh.Trimesh:
+def transform_mesh(mesh: trimesh.Trimesh, T_new_old: Transform) -> trimesh.Trimesh:
     """The mesh at a rigid or affine pose; its faces stay outward where that mirrors it."""
     return transformed(Part(mesh, 1.0), T_new_old).mesh

@@ -20,9 +20,9 @@ from matplotlib.image import imsave
 from matplotlib.patheffects import Normal, Stroke
 from tqdm import tqdm
 
-from mjx_inertia.objects.listing import Summary, summarize
+from mjx_inertia.objects.listing import ObjectSummary, summarize_object
 from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.picture import Picture, View, draw
+from mjx_inertia.objects.picture import Picture, View, draw_meshes
 from mjx_inertia.objects.whole_file import write_whole
 
 _AXIS_COLORS = ("#1f6fd0", "#1d9a4a", "#d62728")  # largest moment first
@@ -76,9 +76,11 @@ def sheet(objects: Mapping[str, ObjectModel], *, columns: int = 8) -> Figure:
     return _figure(_shown(objects, progress=False), columns)
 
 
-def _shown(objects: Mapping[str, ObjectModel], progress: bool) -> list[tuple[Summary, Picture]]:
+def _shown(
+    objects: Mapping[str, ObjectModel], progress: bool
+) -> list[tuple[ObjectSummary, Picture]]:
     bar = tqdm(objects.values(), disable=not progress, unit="object")
-    return [(summarize(obj), portrait(obj)) for obj in bar]
+    return [(summarize_object(obj), portrait(obj)) for obj in bar]
 
 
 def portrait(obj: ObjectModel, size: int = _CELL) -> Picture:
@@ -87,23 +89,23 @@ def portrait(obj: ObjectModel, size: int = _CELL) -> Picture:
     elevation = float(np.interp(flatness, [0.1, 0.4], [52.0, 26.0]))
     meshes = [part.mesh for part in obj.parts] or [obj.mesh]
     colors = [part.color for part in obj.parts] or [obj.color]
-    return draw(meshes, colors, View(elevation_deg=elevation, size=size))
+    return draw_meshes(meshes, colors, View(elevation_deg=elevation, size=size))
 
 
-def _axis_ends(figures: Summary, picture: Picture) -> np.ndarray:
+def _axis_ends(figures: ObjectSummary, picture: Picture) -> np.ndarray:
     """Pixels (3, 2, 2) of both ends of each principal axis."""
     com = 1e-3 * figures.com_mm
     reach = figures.semi_axes[:, None] * figures.axes
     return np.stack([picture.place(com - reach), picture.place(com + reach)], axis=1)
 
 
-def _png(shown: Sequence[tuple[Summary, Picture]], columns: int) -> bytes:
+def _png(shown: Sequence[tuple[ObjectSummary, Picture]], columns: int) -> bytes:
     buffer = io.BytesIO()
     FigureCanvasAgg(_figure(shown, columns)).print_png(buffer)
     return buffer.getvalue()
 
 
-def _figure(shown: Sequence[tuple[Summary, Picture]], columns: int) -> Figure:
+def _figure(shown: Sequence[tuple[ObjectSummary, Picture]], columns: int) -> Figure:
     groups = _by_category(shown)
     columns = min(columns, max(4, *(len(group) for _, group in groups)))
     rows = sum(-(-len(group) // columns) for _, group in groups)
@@ -133,7 +135,7 @@ def _figure(shown: Sequence[tuple[Summary, Picture]], columns: int) -> Figure:
     return figure
 
 
-def _cell(axes: Axes, figures: Summary, picture: Picture) -> None:
+def _cell(axes: Axes, figures: ObjectSummary, picture: Picture) -> None:
     size = len(picture.image)
     axes.imshow(picture.image, extent=(0, size, size, 0), interpolation="none")
     axes.set_axis_off()
@@ -145,7 +147,7 @@ def _cell(axes: Axes, figures: Summary, picture: Picture) -> None:
     axes.set(xlim=(0, size), ylim=(size, 0))
 
 
-def _html(shown: Sequence[tuple[Summary, Picture]]) -> bytes:
+def _html(shown: Sequence[tuple[ObjectSummary, Picture]]) -> bytes:
     cards = []
     for figures, picture in shown:
         buffer = io.BytesIO()
@@ -169,12 +171,12 @@ def _html(shown: Sequence[tuple[Summary, Picture]]) -> bytes:
     return text.encode()
 
 
-def _caption(figures: Summary) -> str:
+def _caption(figures: ObjectSummary) -> str:
     size = " × ".join(f"{x:.0f}" for x in figures.size_mm)
     return f"{size} mm, {figures.mass:.3g} kg"
 
 
-def _by_category(shown: Iterable[tuple[Summary, object]]) -> list[tuple[str, list]]:
+def _by_category(shown: Iterable[tuple[ObjectSummary, object]]) -> list[tuple[str, list]]:
     """Categories in the order in which they first come, with their members."""
     groups: dict[str, list] = {}
     for figures, content in shown:

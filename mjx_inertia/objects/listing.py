@@ -1,6 +1,6 @@
 """What an object amounts to, in one line of a table.
 
-In: `ObjectModel`s. Out: `Summary` of each, and a table in plain text.
+In: `ObjectModel`s. Out: `ObjectSummary` of each, and a table in plain text.
 """
 
 import dataclasses
@@ -14,7 +14,7 @@ from mjx_inertia.objects.model import ObjectModel
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Summary:
+class ObjectSummary:
     """Figures of one object, in the units that one would say them in.
 
     Attributes:
@@ -38,14 +38,14 @@ class Summary:
     semi_axes: Float[ndarray, "3"]
 
 
-def summarize(obj: ObjectModel) -> Summary:
+def summarize_object(obj: ObjectModel) -> ObjectSummary:
     """The figures of an object."""
     mass = float(obj.inertial.mass)
     moments, axes = np.linalg.eigh(np.asarray(obj.inertial.inertia, np.float64))
     moments, axes = moments[::-1], axes.T[::-1]
     # an ellipsoid has I₁ = m (b² + c²) / 5, so a² = 5 (I₁ + I₂ + I₃ - 2 I₁) / (2 m)
     squares = 2.5 * (moments.sum() - 2.0 * moments) / mass
-    return Summary(
+    return ObjectSummary(
         name=obj.name,
         category=obj.category,
         size_mm=2e3 * obj.half_extents,
@@ -57,11 +57,14 @@ def summarize(obj: ObjectModel) -> Summary:
     )
 
 
-def table(objects: Iterable[ObjectModel]) -> str:
+def object_table(objects: Iterable[ObjectModel]) -> str:
     """Name, category, size, mass, CoM, principal moments and `pieces_error` of each, aligned."""
     head = ("name", "category", "size / mm", "mass / kg", "CoM / mm", "principal moments / kg m²")
     head = (*head, "pieces off, %")
-    rows = [head, *((*_cells(summarize(o)), f"{100.0 * o.pieces_error:.1f}") for o in objects)]
+    rows = [
+        head,
+        *((*_cells(summarize_object(o)), f"{100.0 * o.pieces_error:.1f}") for o in objects),
+    ]
     widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
     right = (False, False, False, True, False, False, True)
     lines = [
@@ -74,7 +77,7 @@ def table(objects: Iterable[ObjectModel]) -> str:
     return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
 
 
-def _cells(figures: Summary) -> tuple[str, ...]:
+def _cells(figures: ObjectSummary) -> tuple[str, ...]:
     return (
         figures.name,
         figures.category,

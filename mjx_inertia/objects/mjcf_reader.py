@@ -17,12 +17,12 @@ from numpy import ndarray
 from mjx_inertia.objects.file_body import (
     FileBody,
     FileShape,
-    Pose,
-    joined_exactly,
-    placed,
+    Transform,
+    combine_bodies_float64,
     primitive_mesh,
     read_mesh,
     stated_inertial,
+    transform_mesh,
 )
 from mjx_inertia.spatial import InertialParameters
 
@@ -85,7 +85,7 @@ def _outermost_body(model: mujoco.MjModel) -> int:
     return outer[0]
 
 
-def _body_poses(model: mujoco.MjModel) -> dict[int, Pose]:
+def _body_poses(model: mujoco.MjModel) -> dict[int, Transform]:
     """T_top_body of the outermost body and those in it.
 
     Not by `mj_kinematics`, which takes frames that differ by less than 1e-7 to be the same.
@@ -98,15 +98,15 @@ def _body_poses(model: mujoco.MjModel) -> dict[int, Pose]:
     return poses
 
 
-def _pose(position: Float[ndarray, "3"], wxyz: Float[ndarray, "4"]) -> Pose:
+def _pose(position: Float[ndarray, "3"], wxyz: Float[ndarray, "4"]) -> Transform:
     pose = trimesh.transformations.quaternion_matrix(wxyz)
     pose[:3, 3] = position
     return pose
 
 
-def _inertial(model: mujoco.MjModel, poses: dict[int, Pose]) -> InertialParameters:
+def _inertial(model: mujoco.MjModel, poses: dict[int, Transform]) -> InertialParameters:
     """Of all bodies joined."""
-    return joined_exactly(
+    return combine_bodies_float64(
         [
             stated_inertial(
                 float(model.body_mass[i]),
@@ -118,7 +118,7 @@ def _inertial(model: mujoco.MjModel, poses: dict[int, Pose]) -> InertialParamete
     )
 
 
-def _shape(geom: mujoco.MjsGeom, model: mujoco.MjModel, poses: dict[int, Pose]) -> FileShape:
+def _shape(geom: mujoco.MjsGeom, model: mujoco.MjModel, poses: dict[int, Transform]) -> FileShape:
     body = model.body(model.geom_bodyid[geom.id]).name
     where = f"body {body!r}, geom {geom.name or geom.id!r}"
     kind, size = _Geom(model.geom_type[geom.id]), model.geom_size[geom.id]
@@ -139,7 +139,7 @@ def _shape(geom: mujoco.MjsGeom, model: mujoco.MjModel, poses: dict[int, Pose]) 
     # MuJoCo keeps colours in single precision
     red, green, blue, _ = (round(float(value), 6) for value in model.geom_rgba[geom.id])
     density = geom.density if np.isnan(geom.mass) else geom.mass / mesh.volume
-    return FileShape(where, placed(mesh, T_top_geom), (red, green, blue), float(density))
+    return FileShape(where, transform_mesh(mesh, T_top_geom), (red, green, blue), float(density))
 
 
 def _mesh(model: mujoco.MjModel, i: int) -> trimesh.Trimesh:
@@ -161,6 +161,6 @@ def _mesh(model: mujoco.MjModel, i: int) -> trimesh.Trimesh:
         exact = read_mesh(Path(file))
     except (OSError, ValueError):
         return compiled
-    exact = placed(exact, np.linalg.inv(T_file_mesh) @ np.diag([*model.mesh_scale[i], 1.0]))
+    exact = transform_mesh(exact, np.linalg.inv(T_file_mesh) @ np.diag([*model.mesh_scale[i], 1.0]))
     close = np.abs(exact.bounds - compiled.bounds).max() <= _SAME * compiled.extents.max()
     return exact if close else compiled

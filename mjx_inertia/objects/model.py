@@ -14,11 +14,16 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.convex_pieces import convex_pieces
+from mjx_inertia.objects.convex_partition import convex_pieces
 from mjx_inertia.objects.convex_solids import pieces_error, upright
 from mjx_inertia.objects.outline import PlanarIntegrals, planar_integrals, signed_area
 from mjx_inertia.objects.part import Color, Part
-from mjx_inertia.spatial import Consistency, InertialParameters, check_consistency, explain
+from mjx_inertia.spatial import (
+    Consistency,
+    InertialParameters,
+    check_consistency,
+    explain_consistency,
+)
 
 _check_consistency = jax.jit(check_consistency)
 
@@ -74,7 +79,7 @@ class ObjectModel:
         if not (np.isfinite(self.friction) and self.friction >= 0.0):
             raise ValueError(f"{self.name}: friction {self.friction} is negative or not finite")
         if _check_consistency(self.inertial) > Consistency.ON_BOUNDARY:
-            raise ValueError(f"{self.name}: {explain(self.inertial)}")
+            raise ValueError(f"{self.name}: {explain_consistency(self.inertial)}")
         object.__setattr__(self, "outline", outline)
         object.__setattr__(self, "support", self.support or (outline,))
         if self.mesh.is_empty:

@@ -66,7 +66,7 @@ class Picture:
         return 0.5 * len(self.image) + flat * [self.scale, -self.scale]
 
 
-def draw(
+def draw_meshes(
     meshes: Sequence[trimesh.Trimesh],
     colors: Sequence[tuple[float, float, float] | Float[ndarray, "_ 3"]],
     view: View = View(),

@@ -19,10 +19,10 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import split
 
 from mjx_inertia.objects.convex_solids import prism_pieces
-from mjx_inertia.objects.from_parts import joined
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.outline import planar_integrals
 from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.part_assembly import combine_bodies
 from mjx_inertia.spatial import InertialParameters, inertia_from_second_moment
 
 Interval = tuple[float, float]
@@ -105,7 +105,7 @@ def _random_object(index: int, rng: Generator, settings: RandomShapes) -> Object
         name=f"{kind}_{index}",
         outline=outer,
         height=height,
-        inertial=joined([_plate(polygon, height, density) for polygon, density, _ in flat]),
+        inertial=combine_bodies([_plate(polygon, height, density) for polygon, density, _ in flat]),
         pieces=prism_pieces(area, height),
         support=(outer, *rings),
         mesh=_extruded(area, height),

@@ -15,7 +15,7 @@ from numpy import ndarray
 
 from mjx_inertia.objects.depth_camera import CameraSettings, DepthViews, cast_views, with_noise
 from mjx_inertia.objects.depth_fusion import FusionSettings, TriangleMesh, fuse_views
-from mjx_inertia.objects.mass_properties import known_solid_properties
+from mjx_inertia.objects.mesh_integrals import known_solid_properties
 from mjx_inertia.spatial import InertialParameters, from_log_cholesky, to_log_cholesky
 
 # Of a cell: how far the surface as a whole may stand off, all else being known. Measured on boxes,

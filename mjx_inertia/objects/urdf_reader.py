@@ -16,16 +16,21 @@ from numpy import ndarray
 from mjx_inertia.objects.file_body import (
     FileBody,
     FileShape,
-    Pose,
-    joined_exactly,
-    placed,
+    Transform,
+    combine_bodies_float64,
     primitive_mesh,
     read_mesh,
     stated_inertial,
+    transform_mesh,
 )
 from mjx_inertia.objects.part import Color
 from mjx_inertia.objects.urdf_writer import NOTE
-from mjx_inertia.spatial import Consistency, InertialParameters, check_consistency, explain
+from mjx_inertia.spatial import (
+    Consistency,
+    InertialParameters,
+    check_consistency,
+    explain_consistency,
+)
 
 _PRIMITIVES = {
     "box": ("size", 3),
@@ -75,7 +80,7 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
         name=root.get("name", path.stem),
         visuals=_shapes("visual", links, poses, path, colors),
         collisions=_shapes("collision", links, poses, path, colors),
-        inertial=joined_exactly(bodies) if bodies and not lacking else None,
+        inertial=combine_bodies_float64(bodies) if bodies and not lacking else None,
         lacking=" and ".join(lacking) or "no link has an <inertial>",
         friction=None if friction is None else float(_numbers(friction, "value", 1, "link")[0]),
         category=note.get("category", ""),
@@ -83,9 +88,9 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
     )
 
 
-def _link_poses(root: ET.Element, links: dict[str, ET.Element]) -> dict[str, Pose]:
+def _link_poses(root: ET.Element, links: dict[str, ET.Element]) -> dict[str, Transform]:
     """T_root_link of every link that is joined to the one with mass or shape."""
-    above: dict[str, tuple[str, Pose]] = {}
+    above: dict[str, tuple[str, Transform]] = {}
     for joint in root.findall("joint"):
         where = f"joint {joint.get('name')!r}"
         kind = joint.get("type")
@@ -132,7 +137,7 @@ def _link_of(joint: ET.Element, end: str, links: dict[str, ET.Element], where: s
     return name
 
 
-def _inertial(element: ET.Element, where: str, T_root_link: Pose) -> InertialParameters:
+def _inertial(element: ET.Element, where: str, T_root_link: Transform) -> InertialParameters:
     """In the root's frame; the tensor of the file is in the axes of the inertial's own origin."""
     mass, tensor = element.find("mass"), element.find("inertia")
     if mass is None or tensor is None:
@@ -146,14 +151,14 @@ def _inertial(element: ET.Element, where: str, T_root_link: Pose) -> InertialPar
     frame_only = body.mass == 0.0 and not np.any(body.inertia)
     with jax.enable_x64(True):
         if not frame_only and int(check_consistency(body)) > Consistency.ON_BOUNDARY:
-            raise ValueError(f"{where}: {explain(body)}")
+            raise ValueError(f"{where}: {explain_consistency(body)}")
     return body
 
 
 def _shapes(
     kind: str,
     links: dict[str, ET.Element],
-    poses: dict[str, Pose],
+    poses: dict[str, Transform],
     path: Path,
     colors: dict[str | None, Color | None],
 ) -> tuple[FileShape, ...]:
@@ -167,7 +172,7 @@ def _shapes(
             if material is not None:
                 color = _color(material) or colors.get(material.get("name"))
             pose = T_root_link @ _origin(element, where)
-            shapes.append(FileShape(where, placed(mesh, pose), color))
+            shapes.append(FileShape(where, transform_mesh(mesh, pose), color))
     return tuple(shapes)
 
 
@@ -180,7 +185,7 @@ def _geometry(element: ET.Element, where: str, path: Path) -> trimesh.Trimesh:
     if shape.tag == "mesh":
         mesh = read_mesh(_mesh_path(_attribute(shape, "filename", where), where, path))
         scale = _numbers(shape, "scale", 3, where) if "scale" in shape.attrib else np.ones(3)
-        return placed(mesh, np.diag([*scale, 1.0]))
+        return transform_mesh(mesh, np.diag([*scale, 1.0]))
     if shape.tag not in _PRIMITIVES:
         known = ["mesh", *_PRIMITIVES]
         raise ValueError(f"{where}: unknown shape <{shape.tag}>; expected one of {known}")
@@ -213,7 +218,7 @@ def _mesh_path(name: str, where: str, path: Path) -> Path:
     )
 
 
-def _origin(element: ET.Element, where: str) -> Pose:
+def _origin(element: ET.Element, where: str) -> Transform:
     """The pose that an element `origin` states; angles are about fixed axes, x first."""
     origin = element.find("origin")
     pose = np.eye(4)

@@ -11,8 +11,8 @@ from jaxtyping import Array, Float, Integer
 from numpy import ndarray
 
 from mjx_inertia.objects.columns import ColumnCrossings, Grid2, grid_crossings
-from mjx_inertia.objects.mass_properties import Density, check_density, nowhere_negative
 from mjx_inertia.objects.mesh_defects import checked_mesh
+from mjx_inertia.objects.mesh_integrals import Density, check_density, nowhere_negative
 from mjx_inertia.spatial import AnyArray, InertialParameters, inertia_from_second_moment
 
 _MOST_VOXELS = 50_000_000

@@ -17,8 +17,8 @@ from mjx_inertia.pareto.dominance import (
     is_non_dominated,
     non_dominated_ranks,
 )
-from mjx_inertia.pareto.hypervolume import approximate_hypervolume, hypervolume
-from mjx_inertia.pareto.inverted_generational_distance import inverted_generational_distance
+from mjx_inertia.pareto.generational_distance import inverted_generational_distance
+from mjx_inertia.pareto.hypervolume_indicator import approximate_hypervolume, hypervolume
 
 __all__ = [
     "NONE",

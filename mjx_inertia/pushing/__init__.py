@@ -1,6 +1,7 @@
 """The MJX experiment: an object on a table, pushed by a tip."""
 
-from mjx_inertia.pushing.differentiable_step import differentiable_step
+from mjx_inertia.pushing.batched_simulation import simulate
+from mjx_inertia.pushing.mjx_step import differentiable_step
 from mjx_inertia.pushing.motion import Motion, SampledMotion, StraightMotion
 from mjx_inertia.pushing.parameters import (
     PushParameters,
@@ -19,7 +20,6 @@ from mjx_inertia.pushing.record import (
 from mjx_inertia.pushing.scene import Scene, build_scene, build_spec
 from mjx_inertia.pushing.settings import SceneSettings
 from mjx_inertia.pushing.setup import PushSetup, measured_motion
-from mjx_inertia.pushing.simulate import simulate
 
 __all__ = [
     "Motion",

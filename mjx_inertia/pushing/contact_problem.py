@@ -18,7 +18,7 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.pushing.quiet_mjx import mjx
-from mjx_inertia.pushing.small_linalg import Vector, dot, matvec
+from mjx_inertia.pushing.small_linalg import Vector, inner_product, matvec
 from mjx_inertia.spatial.computed_once import computed_once
 
 TINY = 1e-15  # below this squared slip the direction of friction is undefined
@@ -74,7 +74,7 @@ def read_problem(
       model: the MJX model, with `cone="elliptic"`.
       data: MJX data with mass matrix and constraint rows filled in.
       smooth: generalised force without constraints, (nv,), N and N m.
-      prescribed: degrees of freedom that move at constant velocity whatever acts on them.
+      prescribed: degrees of freedom with a prescribed constant velocity.
 
     Raises:
       ValueError: for another cone, or for joints or tendons with friction loss.
@@ -122,15 +122,16 @@ def read_problem(
     )
 
 
-def slip(c: Constraints, acceleration: Vector) -> list[Array]:
-    """J a - a_ref of each row of each constraint of a kind."""
+def constraint_residual(c: Constraints, acceleration: Vector) -> list[Array]:
+    """J a - a_ref of every row, for all constraints of one kind."""
     spread = [a[None] for a in acceleration]
     return [
-        computed_once(dot(j, spread) - ref) for j, ref in zip(c.jacobian, c.reference, strict=True)
+        computed_once(inner_product(j, spread) - ref)
+        for j, ref in zip(c.jacobian, c.reference, strict=True)
     ]
 
 
-def cone(c: Constraints, slip: Vector) -> tuple[list[Array], list[list[Array]]]:
+def cone_forces(c: Constraints, slip: Vector) -> tuple[list[Array], list[list[Array]]]:
     """Force of each row and the second derivative of the cost, at `slip` = J a - a_ref.
 
     The three zones of the elliptic cone (mujoco/src/engine/engine_core_constraint.c,
@@ -141,7 +142,7 @@ def cone(c: Constraints, slip: Vector) -> tuple[list[Array], list[list[Array]]]:
     mu = c.scale[0]
     u = [s * x for s, x in zip(c.scale, slip, strict=True)]
     normal = u[0]
-    tangent_sq = dot(u[1:], u[1:]) if len(u) > 1 else jnp.zeros_like(normal)
+    tangent_sq = inner_product(u[1:], u[1:]) if len(u) > 1 else jnp.zeros_like(normal)
     slides = tangent_sq > TINY
     inverse_tangent = jax.lax.rsqrt(jnp.where(slides, tangent_sq, 1.0))
     tangent = jnp.where(slides, tangent_sq * inverse_tangent, 0.0)
@@ -182,10 +183,10 @@ def gradient(problem: ContactProblem, a: Vector) -> list[Array]:
     """Gradient of the cost, M (a - a_smooth) - Jᵀ f: zero at the acceleration."""
     total = smooth_gradient(problem, a)
     for c in problem.constraints:
-        force, _ = cone(c, slip(c, a))
+        force, _ = cone_forces(c, constraint_residual(c, a))
         force = [computed_once(f) for f in force]
         for j in range(len(a)):
-            total[j] = total[j] - dot([row[j] for row in c.jacobian], force).sum()
+            total[j] = total[j] - inner_product([row[j] for row in c.jacobian], force).sum()
     return total
 
 
@@ -196,13 +197,13 @@ def gradient_and_hessian(
     total = smooth_gradient(problem, a)
     hessian = [list(row) for row in problem.mass]
     for c in problem.constraints:
-        force, curvature = cone(c, slip(c, a))
+        force, curvature = cone_forces(c, constraint_residual(c, a))
         columns = [[row[j] for row in c.jacobian] for j in range(len(a))]
         curved = [matvec(curvature, column) for column in columns]
         for j, column in enumerate(columns):
-            total[j] = total[j] - dot(column, force).sum()
+            total[j] = total[j] - inner_product(column, force).sum()
             for i in range(j + 1):
-                hessian[j][i] = hessian[j][i] + dot(column, curved[i]).sum()
+                hessian[j][i] = hessian[j][i] + inner_product(column, curved[i]).sum()
     return total, hessian
 
 
@@ -210,7 +211,7 @@ def row_forces(problem: ContactProblem, a: Vector, rows: int) -> Float[Array, " 
     """Force of every constraint row, in MJX's order."""
     force = jnp.zeros(rows, a[0].dtype)
     for c in problem.constraints:
-        values, _ = cone(c, slip(c, a))
+        values, _ = cone_forces(c, constraint_residual(c, a))
         for index, value in zip(c.rows, values, strict=True):
             force = force.at[np.array(index)].set(value)
     return force

@@ -35,7 +35,7 @@ class ContactLaw:
     timestep: float
 
     def __post_init__(self) -> None:
-        """Raises ValueError for an impedance of another shape than the one written out here."""
+        """Raises ValueError unless the impedance has midpoint 0.5 and power 2."""
         if self.solimp[3:] != (0.5, 2.0):
             raise ValueError(f"solimp={self.solimp}: midpoint and power must be 0.5 and 2")
 

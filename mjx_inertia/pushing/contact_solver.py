@@ -26,15 +26,15 @@ from mjx_inertia.pushing.contact_problem import (
     TINY,
     Constraints,
     ContactProblem,
+    constraint_residual,
     gradient,
     gradient_and_hessian,
     read_problem,
     row_forces,
-    slip,
     smooth_gradient,
 )
 from mjx_inertia.pushing.quiet_mjx import mjx
-from mjx_inertia.pushing.small_linalg import Vector, cholesky_solve, dot, matvec
+from mjx_inertia.pushing.small_linalg import Vector, cholesky_solve, inner_product, matvec
 from mjx_inertia.spatial.computed_once import computed_once
 
 # Of the unconstrained acceleration, in the norm of the mass matrix. A looser one in float64 would
@@ -85,8 +85,8 @@ class _Line:
 
 
 def _line(c: Constraints, a: Vector, step: Vector) -> _Line:
-    gap = slip(c, a)
-    rate = [dot(j, [s[None] for s in step]) for j in c.jacobian]
+    gap = constraint_residual(c, a)
+    rate = [inner_product(j, [s[None] for s in step]) for j in c.jacobian]
     u = [s * x for s, x in zip(c.scale, gap, strict=True)]
     v = [s * x for s, x in zip(c.scale, rate, strict=True)]
     zero = jnp.zeros_like(u[0])
@@ -96,10 +96,14 @@ def _line(c: Constraints, a: Vector, step: Vector) -> _Line:
         mu=mu,
         surface_weight=c.weight[0] / (mu * mu * (1 + mu * mu)),
         normal=(u[0], v[0]),
-        tangent=(dot(u[1:], u[1:]), dot(u[1:], v[1:]), dot(v[1:], v[1:]))
+        tangent=(
+            inner_product(u[1:], u[1:]),
+            inner_product(u[1:], v[1:]),
+            inner_product(v[1:], v[1:]),
+        )
         if len(u) > 1
         else (zero, zero, zero),
-        stuck=(dot(weighted, gap), dot(weighted, rate)),
+        stuck=(inner_product(weighted, gap), inner_product(weighted, rate)),
         bilateral=c.bilateral,
     )
 
@@ -161,9 +165,9 @@ def _newton_step(
     """The next iterate, and whether its Newton decrement may still be above `enough`."""
     total, hessian = gradient_and_hessian(problem, a)
     step = [computed_once(s) for s in cholesky_solve(hessian, [-g for g in total])]
-    slope = dot(step, smooth_gradient(problem, a))
-    curvature = dot(step, matvec(problem.mass, step))
-    decrement = -dot(step, total)
+    slope = inner_product(step, smooth_gradient(problem, a))
+    curvature = inner_product(step, matvec(problem.mass, step))
+    decrement = -inner_product(step, total)
     length, left = _line_search(
         problem.constraints, a, step, slope, curvature, decrement, enough, line_search
     )
@@ -183,7 +187,7 @@ def minimiser(
       iterations: at most.
       line_search: evaluations along each Newton step at most.
     """
-    scale = dot(problem.smooth, cholesky_solve(problem.mass, problem.smooth))
+    scale = inner_product(problem.smooth, cholesky_solve(problem.mass, problem.smooth))
     enough = TOLERANCE[scale.dtype.name] ** 2 * scale
 
     def unfinished(state: tuple[Int[Array, ""], Vector, Array]) -> Array:
@@ -224,7 +228,7 @@ def solve(
       model: the MJX model, with `cone="elliptic"`.
       data: MJX data with mass matrix, constraint rows and `qacc_warmstart` filled in.
       smooth: generalised force without constraints, (nv,), N and N m.
-      prescribed: degrees of freedom that move at constant velocity whatever acts on them.
+      prescribed: degrees of freedom with a prescribed constant velocity.
       iterations: Newton steps at most; they end when the last one came from an acceleration that
         was off by less than `TOLERANCE` of the unconstrained one (in the norm of the mass matrix).
       line_search: evaluations along each at most.

@@ -16,7 +16,7 @@ from mjx_inertia.pushing.parameters import PushParameters
 from mjx_inertia.pushing.planar_prism import floor_law, tip_law
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.settings import GRAVITY
-from mjx_inertia.pushing.small_linalg import Matrix, Vector, dot, matvec
+from mjx_inertia.pushing.small_linalg import Matrix, Vector, inner_product, matvec
 from mjx_inertia.spatial.computed_once import computed_once
 
 
@@ -44,7 +44,7 @@ def _rotation(quaternion: Vector) -> list[list[Array]]:
 
 def integrate_rotation(quaternion: Vector, spin: Vector, step: float) -> list[Array]:
     """The orientation after a time step (s) at an angular velocity (object axes, rad/s)."""
-    squared = dot(spin, spin)
+    squared = inner_product(spin, spin)
     turns = squared > 0
     rate = jnp.sqrt(jnp.where(turns, squared, 1.0))
     half = 0.5 * step * jnp.where(turns, rate, 0.0)
@@ -58,7 +58,7 @@ def integrate_rotation(quaternion: Vector, spin: Vector, step: float) -> list[Ar
         w * j - x * k + y * c + z * i,
         w * k + x * j - y * i + z * c,
     ]
-    scale = jax.lax.rsqrt(dot(turned, turned))
+    scale = jax.lax.rsqrt(inner_product(turned, turned))
     return [scale * t for t in turned]
 
 
@@ -95,7 +95,7 @@ def _tip_contact(
     jacobian = _rows(directions, lever, rotation)
     moving = v[:6]
     velocity = [
-        dot(row, moving) - (d[0] * v[6] + d[1] * v[7])
+        inner_product(row, moving) - (d[0] * v[6] + d[1] * v[7])
         for row, d in zip(jacobian, directions, strict=True)
     ]
     return contact_rows(
@@ -124,7 +124,7 @@ def _floor_contacts(
     lever = [b - 0.5 * distance * r for b, r in zip([x, y, zero], rotation[2], strict=True)]
     directions = [[zero, zero, one], [one, zero, zero], [zero, one, zero]]
     jacobian = _rows(directions, lever, rotation)
-    velocity = [dot(row, v[:6]) for row in jacobian]
+    velocity = [inner_product(row, v[:6]) for row in jacobian]
     return contact_rows(
         floor_law(scene), distance, jacobian, velocity, [jnp.asarray(p.friction)] * 2, 1.0 / p.mass
     )
@@ -141,7 +141,7 @@ def free_problem(scene: Scene, p: PushParameters, q: Vector, v: Vector) -> Conta
     unit = [[jnp.ones_like(zero) if i == j else zero for j in range(3)] for i in range(3)]
     # velocity of the CoM: v + R (w x c)
     lever = _transposed([matvec(rotation, _cross(e, com)) for e in unit])
-    squared = dot(com, com)
+    squared = inner_product(com, com)
     about_origin = [
         [(p.inertia[i] + m * squared if i == j else 0.0) - m * com[i] * com[j] for j in range(3)]
         for i in range(3)

@@ -69,7 +69,7 @@ def support_radius(
     return jnp.sum(jnp.linalg.norm(points, axis=-1) * normal_force) / jnp.sum(normal_force)
 
 
-def ellipsoid(
+def ellipsoidal_limit_surface(
     load: Float[Array, "3"], max_force: Float[Array, ""] | float, c: Float[Array, ""] | float
 ) -> Float[Array, ""]:
     """Limit surface as an ellipsoid: 1 on it, below 1 where the object rests. Thesis Eq. 3.7."""

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjx_inertia.pushing.small_linalg import dot
+from mjx_inertia.pushing.small_linalg import inner_product
 from mjx_inertia.spatial import AnyArray
 
 
@@ -30,7 +30,7 @@ def nearest_on_box(point: Sequence[Array], half: Sequence[Array]) -> tuple[Array
     deepest = functools.reduce(jnp.maximum, beyond)
     outside = deepest > 0
     over = [jnp.maximum(b, 0.0) for b in beyond]
-    radius = jnp.sqrt(jnp.where(outside, dot(over, over), 1.0))
+    radius = jnp.sqrt(jnp.where(outside, inner_product(over, over), 1.0))
     face = [jnp.where(b == deepest, 1.0, 0.0) for b in beyond]
     normal = [
         side * jnp.where(outside, o / radius, f)

@@ -65,7 +65,7 @@ def plan_polygons(obj: ObjectModel, height: float, radius: float) -> Float[np.nd
 def stack_polygons(
     shapes: Sequence[Float[np.ndarray, "_ _ 2"]],
 ) -> Float[np.ndarray, "n m k 2"]:
-    """Polygons of many objects in one array; those that only fill it lie out of reach."""
+    """Polygons of many objects in one array; padding polygons lie out of reach."""
     pieces, corners = (max(shape.shape[axis] for shape in shapes) for axis in (0, 1))
     far = _OUT_OF_REACH + np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     filler = np.pad(far, ((0, max(corners - 3, 0)), (0, 0)), mode="edge")

@@ -20,7 +20,7 @@ from mjx_inertia.pushing.settings import (
     TIP_SOLIMP,
     TIP_SOLREF_FRICTION,
 )
-from mjx_inertia.pushing.small_linalg import Vector, dot
+from mjx_inertia.pushing.small_linalg import Vector, inner_product
 from mjx_inertia.spatial.computed_once import computed_once
 
 
@@ -76,7 +76,7 @@ def _tip_contact(
         [zero, zero, one, zero],
     ]
     tip = [n_x * v[4] + n_y * v[5], n_x * v[5] - n_y * v[4], zero]
-    velocity = [dot(row, v[:4]) - t for row, t in zip(jacobian, tip, strict=True)]
+    velocity = [inner_product(row, v[:4]) - t for row, t in zip(jacobian, tip, strict=True)]
     return contact_rows(
         tip_law(scene, p),
         distance - radius,
@@ -102,7 +102,7 @@ def _floor_contacts(
     if scene.settings.table == "limit_surface":
         jacobian.append([zero, zero, zero, one])
         friction.append(jnp.asarray(p.friction * p.friction_radius))
-    velocity = [dot(row, v[:4]) for row in jacobian]
+    velocity = [inner_product(row, v[:4]) for row in jacobian]
     return contact_rows(floor_law(scene), q[2] * one, jacobian, velocity, friction, 1.0 / p.mass)
 
 

@@ -1,4 +1,4 @@
-"""What one push lets a robot measure: the type that a simulated and a real push share.
+"""What a robot measures during one push: one type for simulated and real pushes.
 
 In: signals of a simulation or of a file. Out: `PushRecord`, without any truth in it.
 """

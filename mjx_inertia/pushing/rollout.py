@@ -1,7 +1,7 @@
 """One push from one sample to the next: the function that is batched, sharded and compiled.
 
 In: a scene, parameters, a motion and the state. Out: the next state and the sampled signals.
-Written for one push; `simulate.py` maps it over many.
+Written for one push; `batched_simulation.py` maps it over many.
 """
 
 import jax
@@ -10,14 +10,14 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.pushing import contact_solver
-from mjx_inertia.pushing.contact_problem import cone, slip
+from mjx_inertia.pushing.contact_problem import cone_forces, constraint_residual
 from mjx_inertia.pushing.free_box import free_problem, integrate_rotation
 from mjx_inertia.pushing.motion import Motion
 from mjx_inertia.pushing.parameters import PushParameters, resting_height, with_parameters
 from mjx_inertia.pushing.planar_prism import planar_problem
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.scene import Scene
-from mjx_inertia.pushing.small_linalg import dot
+from mjx_inertia.pushing.small_linalg import inner_product
 from mjx_inertia.spatial.computed_once import computed_once
 
 
@@ -95,9 +95,11 @@ def _known_forward(
         problem, list(state.qacc[:n]), settings.solver_iterations, settings.line_search
     )
     tip = problem.constraints[0]
-    force, _ = cone(tip, slip(tip, a))
+    force, _ = cone_forces(tip, constraint_residual(tip, a))
     force = [computed_once(f) for f in force]
-    x, y, yaw = (dot([row[i] for row in tip.jacobian], force).sum() for i in (0, 1, n - 1))
+    x, y, yaw = (
+        inner_product([row[i] for row in tip.jacobian], force).sum() for i in (0, 1, n - 1)
+    )
     still = jnp.zeros_like(x)
     return (*a, still, still), (x, y, yaw)
 

@@ -34,7 +34,7 @@ class PushSetup:
 
 
 def measured_motion(record: PushRecord) -> SampledMotion:
-    """The path that the tip was seen to take, from one sampling interval before the first sample.
+    """The measured path of the tip, from one sampling interval before the first sample.
 
     Args:
       record: of one push, or of many with a leading axis; the tip is taken to move at its first

@@ -14,7 +14,7 @@ Vector = Sequence[Array]
 Matrix = Sequence[Sequence[Array]]
 
 
-def dot(a: Vector, b: Vector) -> Array:
+def inner_product(a: Vector, b: Vector) -> Array:
     """Inner product."""
     total = a[0] * b[0]
     for x, y in zip(a[1:], b[1:], strict=True):
@@ -24,11 +24,11 @@ def dot(a: Vector, b: Vector) -> Array:
 
 def matvec(matrix: Matrix, vector: Vector) -> list[Array]:
     """Product of a matrix and a vector."""
-    return [dot(row, vector) for row in matrix]
+    return [inner_product(row, vector) for row in matrix]
 
 
 def cholesky_solve(matrix: Matrix, vector: Vector) -> list[Array]:
-    """Solves for a symmetric positive definite matrix, of which the lower half is read."""
+    """Solves A x = b for a symmetric positive definite A; reads its lower half only."""
     n = len(vector)
     lower: list[list[Array]] = [[] for _ in range(n)]  # strictly lower triangle
     inverse_diagonal: list[Array] = []

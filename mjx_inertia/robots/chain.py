@@ -8,7 +8,7 @@ becomes Python floats, and zeros and ones among them cost nothing.
 import functools
 from typing import NamedTuple, Protocol, runtime_checkable
 
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from mjx_inertia.robots.arm import Arm
 from mjx_inertia.spatial import AnyArray, InertialParameters, Pose
@@ -42,6 +42,13 @@ class Body(NamedTuple):
     mass: Component
     moment: Vec3
     inertia: Mat3
+
+
+class Frame(NamedTuple):
+    """A frame in another: its axes there as columns, and its origin there (m)."""
+
+    rotation: Mat3
+    origin: Vec3
 
 
 class Joint(NamedTuple):
@@ -80,6 +87,11 @@ class Jointed(Protocol):
         ...
 
 
+def unstack(vector: Float[Array, " n"]) -> tuple[Component, ...]:
+    """Entries of a vector, each a component."""
+    return tuple(vector[i] for i in range(vector.shape[0]))
+
+
 def joints_at(robot: Jointed, q: Vec3 | tuple[Component, ...]) -> list[Joint]:
     """The joints at positions `q` (rad; m where prismatic)."""
     rotations = components(robot.T_parent_joint.rotation)
@@ -97,28 +109,28 @@ def joints_at(robot: Jointed, q: Vec3 | tuple[Component, ...]) -> list[Joint]:
     return joints
 
 
-def bodies_of(arm: Arm) -> list[Body]:
+def link_bodies(arm: Arm) -> list[Body]:
     """The links, what the hand holds included, about the origins of their frames."""
     masses, coms = components(arm.links.mass), components(arm.links.com)
     tensors = components(arm.links.inertia)
     bodies = [body_from(*figures) for figures in zip(masses, coms, tensors, strict=True)]
     if arm.payload is not None:
-        bodies[-1] = once_body(joined(bodies[-1], body_of(arm.payload)))
+        bodies[-1] = once_body(add_bodies(bodies[-1], body_from_parameters(arm.payload)))
     return bodies
 
 
-def body_of(params: InertialParameters) -> Body:
+def body_from_parameters(params: InertialParameters) -> Body:
     """One body about the origin of its frame."""
     return body_from(*map(components, (params.mass, params.com, params.inertia)))
 
 
-def joined(a: Body, b: Body) -> Body:
+def add_bodies(a: Body, b: Body) -> Body:
     """Two bodies in one frame as one."""
     inertia = _sum(a.inertia, b.inertia)
     return Body(plus(a.mass, b.mass), add(a.moment, b.moment), inertia)
 
 
-def shifted(body: Body, offset: Vec3) -> Body:
+def shift_origin(body: Body, offset: Vec3) -> Body:
     """The body about the origin of a frame with the same axes in which its own lies at `offset`."""
     # with m c' = m c + m r: I + (m c·r + r·m c') 1 - r m cᵀ - m c' rᵀ (parallel axes)
     moment = once(add(body.moment, scale(body.mass, offset)))

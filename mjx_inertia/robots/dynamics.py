@@ -9,7 +9,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from mjx_inertia.robots.arm import Arm, check_joints
-from mjx_inertia.robots.recursions import composite_bodies, newton_euler, row, zeros
+from mjx_inertia.robots.chain import unstack
+from mjx_inertia.robots.recursions import composite_bodies, newton_euler, zeros
 from mjx_inertia.spatial.components import minus, stacked
 from mjx_inertia.spatial.small_cholesky import factorize, solve_lower, solve_upper
 
@@ -19,25 +20,25 @@ def inverse_dynamics(
 ) -> Float[Array, " n"]:
     """Joint torques that give the accelerations `qdd`: the recursive Newton-Euler algorithm."""
     check_joints(arm, q=q, qd=qd, qdd=qdd)
-    return stacked(newton_euler(arm, row(q), row(qd), row(qdd)), q.dtype)
+    return stacked(newton_euler(arm, unstack(q), unstack(qd), unstack(qdd)), q.dtype)
 
 
 def bias_force(arm: Arm, q: Float[Array, " n"], qd: Float[Array, " n"]) -> Float[Array, " n"]:
     """Coriolis, centrifugal and gravity torques: those of zero joint acceleration."""
     check_joints(arm, q=q, qd=qd)
-    return stacked(newton_euler(arm, row(q), row(qd), zeros(arm)), q.dtype)
+    return stacked(newton_euler(arm, unstack(q), unstack(qd), zeros(arm)), q.dtype)
 
 
 def gravity_torque(arm: Arm, q: Float[Array, " n"]) -> Float[Array, " n"]:
     """Joint torques that hold the arm still."""
     check_joints(arm, q=q)
-    return stacked(newton_euler(arm, row(q), zeros(arm), zeros(arm)), q.dtype)
+    return stacked(newton_euler(arm, unstack(q), zeros(arm), zeros(arm)), q.dtype)
 
 
 def mass_matrix(arm: Arm, q: Float[Array, " n"]) -> Float[Array, "n n"]:
     """Joint-space mass matrix, armature included: the composite rigid body algorithm."""
     check_joints(arm, q=q)
-    return stacked(composite_bodies(arm, row(q)), q.dtype)
+    return stacked(composite_bodies(arm, unstack(q)), q.dtype)
 
 
 def coriolis_matrix(arm: Arm, q: Float[Array, " n"], qd: Float[Array, " n"]) -> Float[Array, "n n"]:
@@ -57,7 +58,7 @@ def forward_dynamics(
 ) -> Float[Array, " n"]:
     """Joint accelerations (rad/s², m/s²) that `torque` causes."""
     check_joints(arm, q=q, qd=qd, torque=torque)
-    bias = newton_euler(arm, row(q), row(qd), zeros(arm))
-    rest = [minus(t, b) for t, b in zip(row(torque), bias, strict=True)]
-    factor = factorize(composite_bodies(arm, row(q)))
+    bias = newton_euler(arm, unstack(q), unstack(qd), zeros(arm))
+    rest = [minus(t, b) for t, b in zip(unstack(torque), bias, strict=True)]
+    factor = factorize(composite_bodies(arm, unstack(q)))
     return stacked(solve_upper(factor, solve_lower(factor, rest)), q.dtype)

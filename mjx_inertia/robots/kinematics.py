@@ -8,13 +8,13 @@ in *world* axes, linear of the hand's origin or of another point of it.
 from jaxtyping import Array, Float
 
 from mjx_inertia.robots.arm import Arm, check_joints
+from mjx_inertia.robots.chain import unstack
 from mjx_inertia.robots.recursions import (
-    columns_rate,
-    hand_columns,
     hand_frame,
     hand_point,
+    jacobian_columns,
+    jacobian_rate_twist,
     link_frames,
-    row,
 )
 from mjx_inertia.spatial import Pose
 from mjx_inertia.spatial.components import stacked
@@ -23,7 +23,7 @@ from mjx_inertia.spatial.components import stacked
 def link_poses(arm: Arm, q: Float[Array, " n"]) -> Pose:
     """Poses of the n links in the world."""
     check_joints(arm, q=q)
-    frames = link_frames(arm, row(q))
+    frames = link_frames(arm, unstack(q))
     rotation = stacked([f.rotation for f in frames], q.dtype)
     return Pose(rotation, stacked([f.origin for f in frames], q.dtype))
 
@@ -31,7 +31,7 @@ def link_poses(arm: Arm, q: Float[Array, " n"]) -> Pose:
 def hand_pose(arm: Arm, q: Float[Array, " n"]) -> Pose:
     """`T_world_hand`."""
     check_joints(arm, q=q)
-    hand = hand_frame(arm, link_frames(arm, row(q))[-1])
+    hand = hand_frame(arm, link_frames(arm, unstack(q))[-1])
     return Pose(stacked(hand.rotation, q.dtype), stacked(hand.origin, q.dtype))
 
 
@@ -46,8 +46,8 @@ def hand_jacobian(
       point: of the hand whose velocity is meant, m, in the hand's frame; its origin if None.
     """
     check_joints(arm, q=q)
-    frames = link_frames(arm, row(q))
-    columns = hand_columns(arm, frames, hand_point(arm, frames[-1], point))
+    frames = link_frames(arm, unstack(q))
+    columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
     rows = zip(*((*linear, *angular) for linear, angular in columns), strict=True)
     return stacked(list(rows), q.dtype)
 
@@ -67,7 +67,7 @@ def jacobian_rate_product(
       point: of the hand whose acceleration is meant, m, in the hand's frame; its origin if None.
     """
     check_joints(arm, q=q, qd=qd)
-    frames = link_frames(arm, row(q))
-    columns = hand_columns(arm, frames, hand_point(arm, frames[-1], point))
-    linear, angular = columns_rate(columns, row(qd))
+    frames = link_frames(arm, unstack(q))
+    columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
+    linear, angular = jacobian_rate_twist(columns, unstack(qd))
     return stacked([*linear, *angular], q.dtype)

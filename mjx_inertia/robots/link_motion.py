@@ -4,7 +4,7 @@ What recursions along arms and along free-floating trees are made of. In and out
 `spatial/components.py`) in the axes of the link, or of the link before.
 """
 
-from mjx_inertia.robots.chain import Body, Joint, shifted
+from mjx_inertia.robots.chain import Body, Joint, shift_origin
 from mjx_inertia.spatial.components import (
     Component,
     Mat3,
@@ -23,17 +23,17 @@ from mjx_inertia.spatial.components import (
 )
 
 
-def across(
-    joint: Joint, omega: Vec3, alpha: Vec3, linear: Vec3, speed: Component, gain: Component
+def link_acceleration(
+    joint: Joint, omega: Vec3, alpha: Vec3, linear: Vec3, speed: Component, acceleration: Component
 ) -> tuple[Vec3, Vec3, Vec3]:
     """Velocity and acceleration of a link from those of the link before, in its own axes."""
     back = transpose(joint.rotation)
     omega, alpha, linear = once(apply(back, omega)), apply(back, alpha), apply(back, linear)
-    own_speed, own_gain = scale(speed, joint.axis), scale(gain, joint.axis)
+    own_speed, own_acceleration = scale(speed, joint.axis), scale(acceleration, joint.axis)
     if joint.prismatic:
-        linear = add(linear, own_gain, scale(2.0, cross(omega, own_speed)))
+        linear = add(linear, own_acceleration, scale(2.0, cross(omega, own_speed)))
     else:
-        alpha = add(alpha, own_gain, cross(omega, own_speed))
+        alpha = add(alpha, own_acceleration, cross(omega, own_speed))
         omega = add(omega, own_speed)
     return once((omega, alpha, linear))
 
@@ -50,7 +50,7 @@ def acceleration_gradient(omega: Vec3, alpha: Vec3) -> Mat3:
     )
 
 
-def wrench_of(
+def newton_euler_wrench(
     body: Body, omega: Vec3, alpha: Vec3, linear: Vec3, gradient: Mat3
 ) -> tuple[Vec3, Vec3]:
     """Force and moment about the frame's origin that a link's motion takes: Newton and Euler."""
@@ -60,25 +60,25 @@ def wrench_of(
     return force, moment
 
 
-def wrench_before(joint: Joint, force: Vec3, moment: Vec3) -> tuple[Vec3, Vec3]:
+def wrench_in_parent(joint: Joint, force: Vec3, moment: Vec3) -> tuple[Vec3, Vec3]:
     """A wrench at the link of `joint` as one at the link before."""
     force = once(apply(joint.rotation, force))
     return force, add(apply(joint.rotation, moment), cross(joint.offset, force))
 
 
-def momentum_of(joint: Joint, body: Body) -> tuple[Vec3, Vec3]:
+def joint_momentum(joint: Joint, body: Body) -> tuple[Vec3, Vec3]:
     """Momentum and angular momentum about the origin of a body that a joint moves at unit speed."""
     if joint.prismatic:
         return scale(body.mass, joint.axis), cross(body.moment, joint.axis)
     return cross(joint.axis, body.moment), apply(body.inertia, joint.axis)
 
 
-def along_axis(joint: Joint, force: Vec3, moment: Vec3) -> Component:
+def project_on_axis(joint: Joint, force: Vec3, moment: Vec3) -> Component:
     return dot(joint.axis, force if joint.prismatic else moment)
 
 
-def in_link_before(joint: Joint, body: Body) -> Body:
+def body_in_parent(joint: Joint, body: Body) -> Body:
     """A body that `joint` carries, about the origin and in the axes of the link before."""
     moment = once(apply(joint.rotation, body.moment))
     turned = Body(body.mass, moment, symmetric_change(joint.rotation, body.inertia))
-    return shifted(turned, joint.offset)
+    return shift_origin(turned, joint.offset)

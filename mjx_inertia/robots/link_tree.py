@@ -13,7 +13,12 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia.robots.arm import Arm
-from mjx_inertia.robots.rigid_links import exact_pose, merged, placed, stacked_links
+from mjx_inertia.robots.rigid_links import (
+    exact_pose,
+    merge_links,
+    stacked_links,
+    transform_parameters,
+)
 from mjx_inertia.spatial import InertialParameters, Pose
 
 KINDS = ("revolute", "prismatic")
@@ -198,11 +203,11 @@ def pose_at_zero(tree: LinkTree, k: int, ancestor: int) -> Pose:
 def carried_by(tree: LinkTree, i: int, owner: list[int]) -> InertialParameters:
     """Link i of the path with all that is fixed to it, in its frame."""
     parts = [
-        placed(entry.inertial, held_pose(tree, k, i))
+        transform_parameters(entry.inertial, held_pose(tree, k, i))
         for k, entry in enumerate(tree.links)
         if owner[k] == i and entry.inertial is not None
     ]
-    whole = merged(parts)
+    whole = merge_links(parts)
     entry = tree.links[i]
     if not (whole.mass > 0.0 or entry.weightless):
         raise ValueError(

@@ -8,8 +8,8 @@ from xml.etree import ElementTree as ET
 
 from mjx_inertia.robots.arm import Arm
 from mjx_inertia.robots.link_tree import arm_on_path
-from mjx_inertia.robots.mjcf_file import read_mjcf
-from mjx_inertia.robots.urdf_file import read_urdf
+from mjx_inertia.robots.mjcf_file import read_mjcf_links
+from mjx_inertia.robots.urdf_file import read_urdf_links
 from mjx_inertia.spatial import Pose
 
 
@@ -49,5 +49,5 @@ def load_arm(
         raise ValueError(
             f"{path}: the root element is <{root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
         )
-    tree = read_urdf(path, root) if root.tag == "robot" else read_mjcf(path)
+    tree = read_urdf_links(path, root) if root.tag == "robot" else read_mjcf_links(path)
     return arm_on_path(tree, end_effector, base, T_hand or Pose.identity())

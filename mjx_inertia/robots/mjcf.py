@@ -16,6 +16,7 @@ from mjx_inertia.robots.mjcf_parts import (
     add_geom,
     add_joint,
     add_limb,
+    joint_names,
     placement,
     set_inertial,
 )
@@ -59,7 +60,7 @@ def arm_spec(arm: Arm, looks: ArmLooks | None = None) -> mujoco.MjSpec:
     radii = np.linspace(looks.base_radius, looks.tip_radius, arm.dof + 1).tolist()
     offsets = [*np.asarray(arm.T_parent_joint.translation), arm.T_link_hand.translation]
     add_limb(body, np.asarray(offsets[0]), radii[0])
-    for i, name in enumerate(joint_names(arm)):
+    for i, name in enumerate(joint_names(arm.joint_names, arm.dof)):
         T = Pose(arm.T_parent_joint.rotation[i], arm.T_parent_joint.translation[i])
         body = body.add_body(name=f"{name}_link", **placement(T))
         set_inertial(body, _entry(arm.links, i))
@@ -80,11 +81,6 @@ def arm_mjcf(arm: Arm, looks: ArmLooks | None = None) -> str:
     spec = arm_spec(arm, looks)
     spec.compile()
     return spec.to_xml()
-
-
-def joint_names(arm: Arm) -> tuple[str, ...]:
-    """Names of the joints in the model: the arm's, or `joint_1` and so on."""
-    return arm.joint_names or tuple(f"joint_{i + 1}" for i in range(arm.dof))
 
 
 def _entry(links: InertialParameters, i: int) -> InertialParameters:

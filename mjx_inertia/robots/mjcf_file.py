@@ -14,7 +14,7 @@ from numpy import ndarray
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.robots.link_tree import LinkTree, TreeJoint, TreeLink
-from mjx_inertia.robots.rigid_links import about_axis, body_of, exact_pose, shift
+from mjx_inertia.robots.rigid_links import about_axis, exact_pose, float64_parameters, shift
 from mjx_inertia.spatial import InertialParameters, Pose
 
 _KINDS = {
@@ -25,7 +25,7 @@ _KINDS = {
 }
 
 
-def read_mjcf(path: Path) -> LinkTree:
+def read_mjcf_links(path: Path) -> LinkTree:
     """The bodies of a file.
 
     Raises:
@@ -147,7 +147,7 @@ def _inertial(
         return None
     turn = _pose(model.body_iquat[body], np.zeros(3)).rotation
     inertia = (turn * model.body_inertia[body]) @ turn.T
-    return body_of(float(model.body_mass[body]), model.body_ipos[body] - anchor, inertia)
+    return float64_parameters(float(model.body_mass[body]), model.body_ipos[body] - anchor, inertia)
 
 
 def _pose(quaternion: Float[ndarray, "4"], position: Float[ndarray, "3"]) -> Pose:

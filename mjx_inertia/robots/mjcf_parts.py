@@ -19,6 +19,11 @@ LINK_COLOR: Color = (0.75, 0.2, 0.2, 1.0)
 _SHORT = 0.02  # m: a link of no more length gets a ball
 
 
+def joint_names(names: tuple[str, ...], dof: int) -> tuple[str, ...]:
+    """Names of the joints in a model: those of the robot, or `joint_1` and so on."""
+    return names or tuple(f"joint_{i + 1}" for i in range(dof))
+
+
 def placement(T: Pose) -> dict[str, Float[ndarray, "..."]]:
     """A pose as `pos` and `quat`."""
     rotation = Rotation.from_matrix(np.asarray(T.rotation, np.float64))

@@ -12,13 +12,13 @@ import yaml
 
 from mjx_inertia.robots.arm import Arm
 from mjx_inertia.robots.rigid_links import (
-    cuboid,
-    link,
-    merged,
-    placed,
+    cuboid_parameters,
+    link_parameters,
+    merge_links,
     printed_pose,
     shift,
     stacked_links,
+    transform_parameters,
 )
 from mjx_inertia.spatial import InertialParameters, Pose
 
@@ -51,7 +51,9 @@ def baxter(side: str = "left", hand: str = "electric_gripper") -> Arm:
         bodies, T_flange_hand = _electric_gripper(gripper)
         carried += bodies
         note += " The gripper's mass is published; its CoM and tensor are those of simple solids."
-    links[-1] = merged([links[-1], *(placed(body, T_link_flange) for body in carried)])
+    links[-1] = merge_links(
+        [links[-1], *(transform_parameters(body, T_link_flange) for body in carried)]
+    )
     mount = figures["mounts"][side]
     return _arm(
         figures["joints"],
@@ -94,7 +96,9 @@ def lwa4d(inertia: str = "mesh_estimate", hand: str = "flange") -> Arm:
     )
     if hand == "parallel_jaw":
         bodies, T_flange_hand = _parallel_jaw(figures["parallel_jaw"])
-        links[-1] = merged([links[-1], *(placed(body, T_link_hand) for body in bodies)])
+        links[-1] = merge_links(
+            [links[-1], *(transform_parameters(body, T_link_hand) for body in bodies)]
+        )
         T_link_hand = T_link_hand @ T_flange_hand
         note += " The parallel jaw is a stand-in of ours, not a product."
     return _arm(
@@ -113,7 +117,7 @@ def _figures(name: str) -> Any:
 
 
 def _link(entry: dict[str, Any]) -> InertialParameters:
-    return link(*(entry[key] for key in _UPPER))
+    return link_parameters(*(entry[key] for key in _UPPER))
 
 
 def _one_of(argument: str, value: str, known: tuple[str, ...]) -> None:
@@ -125,7 +129,9 @@ def _electric_gripper(figures: dict[str, Any]) -> tuple[list[InertialParameters]
     """Body and fingers in the flange, and the hand there."""
     base, finger = figures["base"], figures["finger"]
     fingers_z = base["z"] + figures["finger_joint_z"]
-    body = cuboid(base["mass"], [*figures["body_footprint"], fingers_z], [0.0, 0.0, fingers_z / 2])
+    body = cuboid_parameters(
+        base["mass"], [*figures["body_footprint"], fingers_z], [0.0, 0.0, fingers_z / 2]
+    )
     fingers = _fingers(finger, figures["finger_y"], fingers_z)
     return [body, *fingers], shift(np.array([0.0, 0.0, base["z"] + figures["tip_z"]]))
 
@@ -133,7 +139,7 @@ def _electric_gripper(figures: dict[str, Any]) -> tuple[list[InertialParameters]
 def _parallel_jaw(figures: dict[str, Any]) -> tuple[list[InertialParameters], Pose]:
     body, finger = figures["body"], figures["finger"]
     height = body["size"][2]
-    solid = cuboid(body["mass"], body["size"], [0.0, 0.0, height / 2])
+    solid = cuboid_parameters(body["mass"], body["size"], [0.0, 0.0, height / 2])
     tips = shift(np.array([0.0, 0.0, height + finger["length"]]))
     return [solid, *_fingers(finger, figures["finger_y"], height)], tips
 
@@ -141,7 +147,9 @@ def _parallel_jaw(figures: dict[str, Any]) -> tuple[list[InertialParameters], Po
 def _fingers(finger: dict[str, float], y: float, z: float) -> list[InertialParameters]:
     """Two rods that begin at height z."""
     size, middle = [0.0, 0.0, finger["length"]], z + finger["length"] / 2
-    return [cuboid(finger["mass"], size, [0.0, side * y, middle]) for side in (1.0, -1.0)]
+    return [
+        cuboid_parameters(finger["mass"], size, [0.0, side * y, middle]) for side in (1.0, -1.0)
+    ]
 
 
 def _arm(

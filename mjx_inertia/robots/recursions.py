@@ -7,25 +7,22 @@ repeats such expressions inside each other, and both the program and its compila
 hundredfold.
 """
 
-from typing import NamedTuple
-
 from jaxtyping import Array, Float
 
 from mjx_inertia.robots.arm import Arm
-from mjx_inertia.robots.chain import bodies_of, joined, joints_at, once_body
+from mjx_inertia.robots.chain import Frame, add_bodies, joints_at, link_bodies, once_body
 from mjx_inertia.robots.link_motion import (
     acceleration_gradient,
-    across,
-    along_axis,
-    in_link_before,
-    momentum_of,
-    wrench_before,
-    wrench_of,
+    body_in_parent,
+    joint_momentum,
+    link_acceleration,
+    newton_euler_wrench,
+    project_on_axis,
+    wrench_in_parent,
 )
 from mjx_inertia.spatial.components import (
     ZERO,
     Component,
-    Mat3,
     Vec3,
     add,
     apply,
@@ -42,18 +39,6 @@ from mjx_inertia.spatial.components import (
 
 Row = tuple[Component, ...]
 Columns = list[tuple[Vec3, Vec3]]  # linear, angular; one pair for each joint
-
-
-class Frame(NamedTuple):
-    """A frame in the world: its axes as columns, and its origin (m)."""
-
-    rotation: Mat3
-    origin: Vec3
-
-
-def row(vector: Float[Array, " n"]) -> Row:
-    """A vector as a row of components."""
-    return tuple(vector[i] for i in range(vector.shape[0]))
 
 
 def zeros(arm: Arm) -> Row:
@@ -89,7 +74,7 @@ def hand_point(arm: Arm, last: Frame, point: Float[Array, "3"] | None) -> Vec3:
     return once(add(hand.origin, apply(hand.rotation, components(point))))
 
 
-def hand_columns(arm: Arm, frames: list[Frame], place: Vec3) -> Columns:
+def jacobian_columns(arm: Arm, frames: list[Frame], place: Vec3) -> Columns:
     """The Jacobian's columns, in world axes, of the place `place` (m, world) on the hand."""
     columns: Columns = []
     for frame, axis, slides in zip(frames, components(arm.axis), arm.prismatic, strict=True):
@@ -101,7 +86,7 @@ def hand_columns(arm: Arm, frames: list[Frame], place: Vec3) -> Columns:
     return columns
 
 
-def columns_rate(columns: Columns, qd: Row) -> tuple[Vec3, Vec3]:
+def jacobian_rate_twist(columns: Columns, qd: Row) -> tuple[Vec3, Vec3]:
     """J̇ q̇: acceleration of the place on the hand, and of its turning, at q̈ = 0.
 
     A joint turns the axes and levers of all behind it, ċ = ω × c with ω of the joints before, and
@@ -127,27 +112,27 @@ def newton_euler(arm: Arm, q: Row, qd: Row, qdd: Row) -> Row:
 
     Luh, Walker and Paul 1980, with inertias about the frames' origins.
     """
-    joints, bodies = joints_at(arm, q), bodies_of(arm)
+    joints, bodies = joints_at(arm, q), link_bodies(arm)
     base = transpose(components(arm.T_world_base.rotation))
     # the base falls upwards instead of the links being pulled down
     linear = scale(-1.0, apply(base, components(arm.gravity)))
     omega, alpha, gradient = ZERO, ZERO, (ZERO, ZERO, ZERO)
     wrenches: list[tuple[Vec3, Vec3]] = []
-    for joint, body, speed, gain in zip(joints, bodies, qd, qdd, strict=True):
+    for joint, body, speed, acceleration in zip(joints, bodies, qd, qdd, strict=True):
         linear = once(add(linear, apply(gradient, joint.offset)))
-        omega, alpha, linear = across(joint, omega, alpha, linear, speed, gain)
+        omega, alpha, linear = link_acceleration(joint, omega, alpha, linear, speed, acceleration)
         gradient = once(acceleration_gradient(omega, alpha))
-        wrenches.append(wrench_of(body, omega, alpha, linear, gradient))
+        wrenches.append(newton_euler_wrench(body, omega, alpha, linear, gradient))
     drives = components(arm.armature)
     torques: list[Component] = [0.0] * arm.dof
     force, moment = ZERO, ZERO
     for i in reversed(range(arm.dof)):
         f, n = wrenches[i]
         if i + 1 < arm.dof:
-            carried = wrench_before(joints[i + 1], force, moment)
+            carried = wrench_in_parent(joints[i + 1], force, moment)
             f, n = add(f, carried[0]), add(n, carried[1])
         force, moment = once((f, n))
-        along = along_axis(joints[i], force, moment)
+        along = project_on_axis(joints[i], force, moment)
         torques[i] = once(plus(along, times(drives[i], qdd[i])))
     return tuple(torques)
 
@@ -157,16 +142,16 @@ def composite_bodies(arm: Arm, q: Row) -> list[Row]:
 
     Featherstone 2008, Table 6.2.
     """
-    joints, bodies = joints_at(arm, q), bodies_of(arm)
+    joints, bodies = joints_at(arm, q), link_bodies(arm)
     drives = components(arm.armature)
     matrix: list[list[Component]] = [[0.0] * arm.dof for _ in range(arm.dof)]
     composite = bodies[-1]
     for i in reversed(range(arm.dof)):
-        force, moment = once(momentum_of(joints[i], composite))
-        matrix[i][i] = once(plus(drives[i], along_axis(joints[i], force, moment)))
+        force, moment = once(joint_momentum(joints[i], composite))
+        matrix[i][i] = once(plus(drives[i], project_on_axis(joints[i], force, moment)))
         for j in reversed(range(i)):
-            force, moment = once(wrench_before(joints[j + 1], force, moment))
-            matrix[i][j] = matrix[j][i] = once(along_axis(joints[j], force, moment))
+            force, moment = once(wrench_in_parent(joints[j + 1], force, moment))
+            matrix[i][j] = matrix[j][i] = once(project_on_axis(joints[j], force, moment))
         if i:
-            composite = once_body(joined(bodies[i - 1], in_link_before(joints[i], composite)))
+            composite = once_body(add_bodies(bodies[i - 1], body_in_parent(joints[i], composite)))
     return [tuple(entries) for entries in matrix]

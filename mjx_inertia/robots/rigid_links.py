@@ -48,7 +48,7 @@ def shift(offset: Float[ndarray, "3"]) -> Pose:
     return Pose(np.eye(3), np.asarray(offset, np.float64))
 
 
-def body_of(
+def float64_parameters(
     mass: float | AnyArray, com: Sequence[float] | AnyArray, inertia: AnyArray
 ) -> InertialParameters:
     """Parameters as NumPy arrays in double precision, which JAX takes as it takes its own."""
@@ -56,33 +56,35 @@ def body_of(
     return InertialParameters(*cast(list[jax.Array], leaves))
 
 
-def link(
+def link_parameters(
     mass: float, com: Sequence[float], upper: Sequence[float], T_new_old: Pose | None = None
 ) -> InertialParameters:
     """A link of printed figures; the tensor's entries are xx, xy, xz, yy, yz, zz."""
     xx, xy, xz, yy, yz, zz = map(float, upper)
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    params = body_of(mass, com, tensor)
-    return params if T_new_old is None else placed(params, T_new_old)
+    params = float64_parameters(mass, com, tensor)
+    return params if T_new_old is None else transform_parameters(params, T_new_old)
 
 
-def cuboid(mass: float, size: Sequence[float], center: Sequence[float]) -> InertialParameters:
+def cuboid_parameters(
+    mass: float, size: Sequence[float], center: Sequence[float]
+) -> InertialParameters:
     """A uniform cuboid with edges (m) along the axes."""
     square = np.asarray(size, np.float64) ** 2
-    return body_of(mass, center, np.diag(mass / 12.0 * (square.sum() - square)))
+    return float64_parameters(mass, center, np.diag(mass / 12.0 * (square.sum() - square)))
 
 
-def placed(params: InertialParameters, T_new_old: Pose) -> InertialParameters:
+def transform_parameters(params: InertialParameters, T_new_old: Pose) -> InertialParameters:
     """The body in frame `new`."""
     turn = T_new_old.rotation
     inertia = turn @ params.inertia @ turn.T
-    return body_of(params.mass, T_new_old.apply(params.com), inertia)
+    return float64_parameters(params.mass, T_new_old.apply(params.com), inertia)
 
 
-def merged(bodies: Sequence[InertialParameters]) -> InertialParameters:
+def merge_links(bodies: Sequence[InertialParameters]) -> InertialParameters:
     """Bodies in one frame as one body; none at all weigh nothing."""
     if not bodies:
-        return body_of(0.0, np.zeros(3), np.zeros((3, 3)))
+        return float64_parameters(0.0, np.zeros(3), np.zeros((3, 3)))
     if len(bodies) == 1:
         return bodies[0]
     with jax.enable_x64(True):

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from mjx_inertia.robots.link_tree import LinkTree, TreeJoint, TreeLink
-from mjx_inertia.robots.rigid_links import link as link_of
+from mjx_inertia.robots.rigid_links import link_parameters as link_of
 from mjx_inertia.robots.rigid_links import pose
 from mjx_inertia.spatial import InertialParameters, Pose
 
@@ -19,7 +19,7 @@ _UPPER = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
-def read_urdf(path: Path, root: ET.Element) -> LinkTree:
+def read_urdf_links(path: Path, root: ET.Element) -> LinkTree:
     """The links of a file, its first link as the world.
 
     Args:

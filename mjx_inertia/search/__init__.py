@@ -4,9 +4,9 @@ MOEA/D, evolution strategies on decomposed costs, and gradient descent from many
 """
 
 from mjx_inertia.search.archive import ArchiveSettings
-from mjx_inertia.search.evolution_strategies import StrategySettings, evolution_strategies
-from mjx_inertia.search.gradient_descent import GradientSettings, gradient_descent
-from mjx_inertia.search.moead import MoeadSettings, moead
+from mjx_inertia.search.evosax_strategies import StrategySettings, evolution_strategies
+from mjx_inertia.search.gradient_search import GradientSettings, gradient_descent
+from mjx_inertia.search.moead_search import MoeadSettings, moead
 from mjx_inertia.search.problem import Evaluation, Problem
 from mjx_inertia.search.reference_point import toward
 from mjx_inertia.search.result import History, SearchResult, progress

@@ -70,7 +70,7 @@ def empty_archive(settings: ArchiveSettings, decision: Float[Array, " d"], costs
     return Archive(rows, none, none[:, 0])
 
 
-def add(
+def update_archive(
     archive: Archive,
     decisions: Float[Array, "n d"],
     found: Evaluation,
@@ -109,7 +109,7 @@ def in_use(archive: Archive) -> Int[Array, ""]:
     return jnp.sum(archive.violation == 0.0)
 
 
-def scale(archive: Archive, ideal: Float[Array, " k"]) -> Float[Array, " k"]:
+def cost_range(archive: Archive, ideal: Float[Array, " k"]) -> Float[Array, " k"]:
     """From the ideal point to the greatest costs in the archive; 1 where that is not positive."""
     used = archive.violation == 0.0
     span = jnp.max(jnp.where(used[:, None], archive.costs, -jnp.inf), axis=0) - ideal

@@ -79,10 +79,10 @@ def evaluate_all(problem: Problem, decisions: Float[Array, "n d"]) -> Evaluation
       ValueError: the problem returns another number of costs than it names.
     """
     run = problem.evaluate_many or jax.vmap(problem.evaluate)
-    return marked(problem, run(decisions))
+    return mark_failures(problem, run(decisions))
 
 
-def marked(problem: Problem, found: Evaluation) -> Evaluation:
+def mark_failures(problem: Problem, found: Evaluation) -> Evaluation:
     """An evaluation in which failures are infinite and no violation is below 0.
 
     Args:

@@ -26,13 +26,13 @@ from mjx_inertia.search import (
 )
 from mjx_inertia.space.animation import save_animation
 from mjx_inertia.space.default_manoeuvres import START, TARGET, planar_manoeuvre
-from mjx_inertia.space.end_configuration import MOTIONS, ManoeuvreSettings
 from mjx_inertia.space.figures import fronts_figure, parallel_figure, path_figure
+from mjx_inertia.space.instant import MOMENTA
 from mjx_inertia.space.manoeuvre import Manoeuvre
-from mjx_inertia.space.node import MOMENTA
-from mjx_inertia.space.objectives import OBJECTIVES, THESIS, arriving, problem
-from mjx_inertia.space.path import path
-from mjx_inertia.space.planar_robot import PlanarSettings
+from mjx_inertia.space.manoeuvre_path import path
+from mjx_inertia.space.manoeuvre_planning import MOTIONS, ManoeuvreSettings
+from mjx_inertia.space.objectives import OBJECTIVES, THESIS, problem, with_object_at_target
+from mjx_inertia.space.planar_model import PlanarSettings
 
 ALONE = StrategySettings(weights=1, population=20)  # CMA-ES on one cost
 
@@ -87,7 +87,7 @@ def _run(given: argparse.Namespace) -> None:
     print(_table(*nine))
     folder.mkdir(parents=True, exist_ok=True)
     decision = jnp.asarray(best)
-    _draw(folder, arriving(m, decision) if arrive else m, decision)
+    _draw(folder, with_object_at_target(m, decision) if arrive else m, decision)
     reached = np.asarray(evaluate(decision).costs)
     rows = np.concatenate([decisions, best[None]]), np.concatenate([costs, reached[None]])
     _write(folder, posed, rows, straight)

@@ -16,10 +16,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy import ndarray
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.manoeuvre import Manoeuvre
-from mjx_inertia.space.path import Path, path
-from mjx_inertia.space.robot import BASE, SpaceRobot, entry
-from mjx_inertia.space.tree_recursions import frames, hand_frames, row, tree_joints
+from mjx_inertia.space.manoeuvre_path import Path, path
+from mjx_inertia.space.robot import BASE, SpaceRobot, pose_at_index
+from mjx_inertia.space.tree_recursions import frames, hand_frames
 from mjx_inertia.spatial import AnyArray, Pose
 from mjx_inertia.spatial.components import stacked
 
@@ -90,7 +91,10 @@ def _films(m: Manoeuvre, drawn: Path) -> list[list[Line]]:
     way = np.asarray(drawn.T_world_base.translation)
     films = []
     for k in range(len(way)):
-        T_world_base, T_world_obj = entry(drawn.T_world_base, k), entry(drawn.T_world_obj, k)
+        T_world_base, T_world_obj = (
+            pose_at_index(drawn.T_world_base, k),
+            pose_at_index(drawn.T_world_obj, k),
+        )
         lines: list[Line] = [
             (_apply(T_world_base, edge), {"color": _BASE, "lw": 2}) for edge in _box(robot)
         ]
@@ -107,7 +111,7 @@ def _link_lines(robot: SpaceRobot, q: Float[ndarray, "t n"]) -> list[Float[ndarr
     """From each joint to those behind it and to the hands, in the base."""
 
     def places(q: Float[Array, " n"]) -> Float[Array, "p 3"]:
-        links = frames(robot, tree_joints(robot, row(q)))
+        links = frames(robot, joints_at(robot, unstack(q)))
         ends = [*links, *hand_frames(robot, links)]
         return stacked([end.origin for end in ends], q.dtype)
 

@@ -10,8 +10,14 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia.robots import Arm, lwa4d
-from mjx_inertia.robots.rigid_links import body_of, cuboid, merged, pose, stacked_links
-from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, entry, stacked_poses
+from mjx_inertia.robots.rigid_links import (
+    cuboid_parameters,
+    float64_parameters,
+    merge_links,
+    pose,
+    stacked_links,
+)
+from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, pose_at_index, stacked_poses
 from mjx_inertia.spatial import InertialParameters, Pose
 
 SIDES = ("right", "left")
@@ -44,7 +50,7 @@ def with_arms(
     poses, links, parents, hands, names = [], [], [], [], []
     for side, arm, mount in zip(SIDES, arms, mounts, strict=True):
         first = len(parents)
-        chain = [entry(arm.T_parent_joint, i) for i in range(arm.dof)]
+        chain = [pose_at_index(arm.T_parent_joint, i) for i in range(arm.dof)]
         poses += [mount @ arm.T_world_base @ chain[0], *chain[1:]]
         links += _links(arm)
         parents += [BASE, *range(first, first + arm.dof - 1)]
@@ -80,7 +86,7 @@ def servicer() -> SpaceRobot:
     The link inertias of the LWA4D are estimates, see `robots.lwa4d`.
     """
     edges = _BUS_EDGE, _BUS_EDGE, _BUS_EDGE
-    bus = cuboid(_BUS_MASS, edges, (0.0, 0.0, 0.0))
+    bus = cuboid_parameters(_BUS_MASS, edges, (0.0, 0.0, 0.0))
     arm = lwa4d()
     # an arm stands along z of its world: that is x of the bus
     mounts = [
@@ -103,7 +109,7 @@ def servicer_capture() -> Capture:
         for turn, side in zip(turns, (-1.0, 1.0), strict=True)
     ]
     return Capture(
-        inertial=body_of(12.0, (0.06, 0.03, -0.05), inertia),
+        inertial=float64_parameters(12.0, (0.06, 0.03, -0.05), inertia),
         T_hand_obj=stacked_poses([T.inverse() for T in T_obj_hand]),
         radius=0.3,
     )
@@ -115,5 +121,5 @@ def _links(arm: Arm) -> list[InertialParameters]:
         for i in range(arm.dof)
     ]
     if arm.payload is not None:
-        links[-1] = merged([links[-1], arm.payload])
+        links[-1] = merge_links([links[-1], arm.payload])
     return links

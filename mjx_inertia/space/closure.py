@@ -13,20 +13,19 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.robot import Capture, SpaceRobot
 from mjx_inertia.space.trajectory import JointMotion
 from mjx_inertia.space.tree_recursions import (
     Matrix,
     Row,
     ancestors,
-    combined,
     frames,
-    hand_columns,
+    hand_jacobian_columns,
     held_frames,
-    opposite,
-    picked,
-    row,
-    tree_joints,
+    linear_combination,
+    negate,
+    select_axes,
 )
 from mjx_inertia.spatial.components import (
     minus,
@@ -68,18 +67,18 @@ def following_joints(robot: SpaceRobot, leading: Sequence[int]) -> tuple[int, ..
     return rest
 
 
-def gap(
+def closure_error(
     robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]
 ) -> tuple[Float[Array, " k"], Float[Array, "k n"]]:
     """How far the object in the second hand is from that in the first, and its Jacobian.
 
     Distance (m) and rotation (rad, to first order) in axes of the base.
     """
-    apart, rows = _gap(robot, capture, row(q))
+    apart, rows = _gap(robot, capture, unstack(q))
     return stacked(apart, q.dtype), stacked(rows, q.dtype).T
 
 
-def close(
+def close_chain(
     robot: SpaceRobot, capture: Capture, q: Float[Array, " n"], following: Sequence[int]
 ) -> Float[Array, " n"]:
     """`q` with the following joints moved until the hands hold the object alike: Newton's method.
@@ -97,7 +96,7 @@ def close(
     return _newton(robot, capture, q.at[index].set(near[index]), following)
 
 
-def follow(
+def closed_chain_motion(
     robot: SpaceRobot,
     capture: Capture,
     motion: JointMotion,
@@ -116,7 +115,7 @@ def follow(
     index = np.array(following)
 
     def onward(near: Float[Array, " f"], q: Float[Array, " n"]) -> tuple[Array, Array]:
-        closed = close(robot, capture, q.at[index].set(near), following)
+        closed = close_chain(robot, capture, q.at[index].set(near), following)
         return closed[index], closed
 
     _, q = jax.lax.scan(onward, start[index], motion.q)
@@ -135,14 +134,16 @@ def _rates(
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     index = np.array(following)
     qd, qdd = qd.at[index].set(0.0), qdd.at[index].set(0.0)
-    _, rows = _gap(robot, capture, row(q))
+    _, rows = _gap(robot, capture, unstack(q))
 
     def with_following(rate: Float[Array, " n"], drift: Float[Array, " k"]) -> Float[Array, " n"]:
-        moved = _solved([rows[i] for i in following], opposite(row(drift)))
+        moved = _solved([rows[i] for i in following], negate(unstack(drift)))
         return rate.at[index].set(stacked(moved, q.dtype))
 
     def drift(q: Float[Array, " n"], qd: Float[Array, " n"]) -> Float[Array, " k"]:
-        return stacked(combined(_gap(robot, capture, row(q))[1], row(qd)), q.dtype)
+        return stacked(
+            linear_combination(_gap(robot, capture, unstack(q))[1], unstack(qd)), q.dtype
+        )
 
     full = with_following(qd, drift(q, qd))
     _, change = jax.jvp(drift, (q, full), (full, qdd))
@@ -152,25 +153,25 @@ def _rates(
 def _newton(
     robot: SpaceRobot, capture: Capture, q: Float[Array, " n"], following: Sequence[int]
 ) -> Float[Array, " n"]:
-    apart, rows = _gap(robot, capture, row(q))
+    apart, rows = _gap(robot, capture, unstack(q))
     # the derivative of a step at the solution is right with its matrix held constant
-    held = [row(jax.lax.stop_gradient(stacked(rows[i], q.dtype))) for i in following]
-    step = _solved(held, opposite(apart))
+    held = [unstack(jax.lax.stop_gradient(stacked(rows[i], q.dtype))) for i in following]
+    step = _solved(held, negate(apart))
     return q.at[np.array(following)].add(stacked(step, q.dtype))
 
 
 def _gap(robot: SpaceRobot, capture: Capture, q: Row) -> tuple[Row, Matrix]:
     """The gap, and a row for each joint of its change."""
-    links = frames(robot, tree_joints(robot, q))
+    links = frames(robot, joints_at(robot, q))
     first, second = held_frames(robot, capture, links)
-    ahead = hand_columns(robot, links, 1, second.origin)
-    behind = hand_columns(robot, links, 0, first.origin)
+    ahead = hand_jacobian_columns(robot, links, 1, second.origin)
+    behind = hand_jacobian_columns(robot, links, 0, first.origin)
     rows = [
         once(tuple(minus(a, b) for a, b in zip(x, y, strict=True)))
         for x, y in zip(ahead, behind, strict=True)
     ]
     turn = turn_axis(multiply(second.rotation, transpose(first.rotation)))
-    return once(picked(robot, subtract(second.origin, first.origin), turn)), rows
+    return once(select_axes(robot, subtract(second.origin, first.origin), turn)), rows
 
 
 def _solved(columns: Matrix, vector: Row) -> Row:

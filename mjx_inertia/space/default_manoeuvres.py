@@ -16,9 +16,9 @@ from mjx_inertia.space.arms_on_base import (
     servicer,
     servicer_capture,
 )
-from mjx_inertia.space.end_configuration import ManoeuvreSettings, plan_manoeuvre
 from mjx_inertia.space.manoeuvre import Manoeuvre
-from mjx_inertia.space.planar_robot import PlanarSettings, planar_capture, planar_robot
+from mjx_inertia.space.manoeuvre_planning import ManoeuvreSettings, plan_manoeuvre
+from mjx_inertia.space.planar_model import PlanarSettings, planar_capture, planar_robot
 from mjx_inertia.spatial import Pose
 
 START = (0.0, 2.2, 0.0)  # of the object: x, y (m) and angle (rad) in the base

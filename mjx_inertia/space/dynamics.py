@@ -11,17 +11,16 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
+from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
 from mjx_inertia.space.tree_recursions import (
-    base_columns,
+    base_jacobian_columns,
     composite_inertias,
     frames,
-    hand_columns,
     hand_frames,
-    newton_euler,
-    row,
+    hand_jacobian_columns,
     tree_bodies,
-    tree_joints,
+    tree_newton_euler,
 )
 from mjx_inertia.spatial.components import stacked
 
@@ -53,7 +52,7 @@ def inertias(robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = No
     """H_b, H_bm and H_m at joint positions `q`."""
     check_shape(robot, q=q)
     base, bodies = tree_bodies(robot, held)
-    matrix = composite_inertias(robot, tree_joints(robot, row(q)), base, bodies)
+    matrix = composite_inertias(robot, joints_at(robot, unstack(q)), base, bodies)
     return Inertias(
         stacked(matrix.base, q.dtype),
         stacked(matrix.coupling, q.dtype).T,
@@ -61,7 +60,7 @@ def inertias(robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = No
     )
 
 
-def inverse_dynamics(
+def floating_base_inverse_dynamics(
     robot: SpaceRobot,
     q: Float[Array, " n"],
     base: tuple[Float[Array, " k"], Float[Array, " k"]],
@@ -79,9 +78,9 @@ def inverse_dynamics(
     """
     check_shape(robot, q=q, qd=rates[0], qdd=rates[1])
     own, bodies = tree_bodies(robot, held)
-    joints = tree_joints(robot, row(q))
-    motion, moving = (row(base[0]), row(base[1])), (row(rates[0]), row(rates[1]))
-    forces, _ = newton_euler(robot, joints, own, bodies, motion, moving)
+    joints = joints_at(robot, unstack(q))
+    motion, moving = (unstack(base[0]), unstack(base[1])), (unstack(rates[0]), unstack(rates[1]))
+    forces, _ = tree_newton_euler(robot, joints, own, bodies, motion, moving)
     return Forces(stacked(forces.base, q.dtype), stacked(forces.joints, q.dtype))
 
 
@@ -94,7 +93,7 @@ def velocity_forces(
 ) -> Forces:
     """c_b and c_m of Eq. 7.1: Coriolis and centrifugal forces."""
     still = jnp.zeros_like(base_twist), jnp.zeros_like(qd)
-    return inverse_dynamics(robot, q, (base_twist, still[0]), (qd, still[1]), held)
+    return floating_base_inverse_dynamics(robot, q, (base_twist, still[0]), (qd, still[1]), held)
 
 
 def momentum_map(matrix: Inertias) -> Float[Array, "k n"]:
@@ -107,10 +106,12 @@ def hand_jacobians(
 ) -> tuple[Float[Array, "2 k k"], Float[Array, "2 k n"]]:
     """J_b and J_e of Eq. 7.4: twists of both hands for those of the base and of the joints."""
     check_shape(robot, q=q)
-    links = frames(robot, tree_joints(robot, row(q)))
+    links = frames(robot, joints_at(robot, unstack(q)))
     hands = hand_frames(robot, links)
-    of_base = [base_columns(robot, hand.origin) for hand in hands]
-    of_joints = [hand_columns(robot, links, k, hand.origin) for k, hand in enumerate(hands)]
+    of_base = [base_jacobian_columns(robot, hand.origin) for hand in hands]
+    of_joints = [
+        hand_jacobian_columns(robot, links, k, hand.origin) for k, hand in enumerate(hands)
+    ]
     return (
         stacked(of_base, q.dtype).swapaxes(1, 2),
         stacked(of_joints, q.dtype).swapaxes(1, 2),
@@ -139,7 +140,7 @@ def reduced_forces(matrix: Inertias, forces: Forces) -> Float[Array, " n"]:
     return forces.joints + momentum_map(matrix).T @ forces.base
 
 
-def forward_dynamics(
+def floating_base_forward_dynamics(
     robot: SpaceRobot,
     q: Float[Array, " n"],
     base_twist: Float[Array, " k"],
@@ -150,5 +151,5 @@ def forward_dynamics(
     """Accelerations that `torque` causes: of the base (its origin, in its axes), of the joints."""
     matrix = inertias(robot, q, held)
     forces = velocity_forces(robot, q, base_twist, qd, held)
-    gain = jnp.linalg.solve(reduced_inertia(matrix), torque - reduced_forces(matrix, forces))
-    return -jnp.linalg.solve(matrix.base, forces.base + matrix.coupling @ gain), gain
+    qdd = jnp.linalg.solve(reduced_inertia(matrix), torque - reduced_forces(matrix, forces))
+    return -jnp.linalg.solve(matrix.base, forces.base + matrix.coupling @ qdd), qdd

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy import ndarray
 
-from mjx_inertia.space.path import Path
+from mjx_inertia.space.manoeuvre_path import Path
 from mjx_inertia.space.robot import SpaceRobot
 
 _CHOSEN = ("tab:red", "tab:green", "tab:orange", "tab:purple")

@@ -18,7 +18,7 @@ from mjx_inertia.robots.link_tree import (
     owners,
     pose_at_zero,
 )
-from mjx_inertia.robots.mjcf_file import read_mjcf
+from mjx_inertia.robots.mjcf_file import read_mjcf_links
 from mjx_inertia.robots.rigid_links import stacked_links
 from mjx_inertia.space.robot import BASE, SpaceRobot, stacked_poses
 
@@ -49,7 +49,7 @@ def load_space_robot(path: str | Path, hands: tuple[str, str], planar: bool = Fa
         raise FileNotFoundError(f"{path}: no such file; expected an MJCF file")
     if len(hands) != 2 or hands[0] == hands[1]:
         raise ValueError(f"`hands` is {hands}: name two, one for each side of the object")
-    tree = read_mjcf(path)
+    tree = read_mjcf_links(path)
     base, in_plane = _base(tree)
     below = _below(tree, base)
     moving = [i for i in below if i != base and tree.links[i].joint is not None]

@@ -9,27 +9,28 @@ object, in the axes of the base, about the hand's origin; the object's are about
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from mjx_inertia.space.dynamics import hand_jacobians, inverse_dynamics
-from mjx_inertia.space.node import Node
+from mjx_inertia.robots.chain import joints_at, unstack
+from mjx_inertia.space.dynamics import floating_base_inverse_dynamics, hand_jacobians
+from mjx_inertia.space.instant import Node
 from mjx_inertia.space.robot import Capture, SpaceRobot
 from mjx_inertia.space.tree_recursions import (
     frames,
     hand_frames,
     held_frames,
-    picked,
-    row,
-    spread,
-    tree_joints,
+    scatter_axes,
+    select_axes,
 )
 from mjx_inertia.spatial.components import add, apply, components, cross, stacked, subtract
 
 
-def grasp_map(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Float[Array, "k m"]:
+def dual_arm_grasp_map(
+    robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]
+) -> Float[Array, "k m"]:
     """G: from both hands' wrenches to the one about the object's CoM, in the base's axes.
 
     Murray, Li and Sastry 1994, Sec. 5.2; thesis Eq. 7.9.
     """
-    links = frames(robot, tree_joints(robot, row(q)))
+    links = frames(robot, joints_at(robot, unstack(q)))
     held = held_frames(robot, capture, links)[0]
     com = add(held.origin, apply(held.rotation, components(capture.inertial.com)))
     blocks = []
@@ -37,13 +38,13 @@ def grasp_map(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Flo
         lever = subtract(hand.origin, com)
         rows = []
         for unit in jnp.eye(len(robot.axes), dtype=q.dtype):
-            force, moment = spread(robot, row(unit))
-            rows.append(picked(robot, force, add(moment, cross(lever, force))))
+            force, moment = scatter_axes(robot, unstack(unit))
+            rows.append(select_axes(robot, force, add(moment, cross(lever, force))))
         blocks.append(stacked(rows, q.dtype).T)
     return jnp.concatenate(blocks, 1)
 
 
-def share(
+def distribute_wrench(
     grasp: Float[Array, "k m"],
     wrench: Float[Array, " k"],
     squeeze: Float[Array, " m"] | None = None,
@@ -55,7 +56,7 @@ def share(
     Args:
       grasp: G.
       wrench: about the object's CoM.
-      squeeze: k; its part without effect on the object is added. None if None.
+      squeeze: k; only its part in the null space of G is added. Zero if None.
     """
     inverse = jnp.linalg.pinv(grasp)
     moving = inverse @ wrench
@@ -76,12 +77,12 @@ def hand_wrenches(
       capture: the object.
       q: joint positions at which both hands hold the object.
       instant: `node` at them.
-      squeeze: k of Eq. 7.16, in the base's axes about the hands; none if None.
+      squeeze: k of Eq. 7.16, in the base's axes about the hands; zero if None.
     """
-    force, moment = spread(robot, row(instant.object_wrench))
+    force, moment = scatter_axes(robot, unstack(instant.object_wrench))
     turn = components(instant.object_rotation)
-    total = stacked(picked(robot, apply(turn, force), apply(turn, moment)), q.dtype)
-    return share(grasp_map(robot, capture, q), total, squeeze).reshape(2, -1)
+    total = stacked(select_axes(robot, apply(turn, force), apply(turn, moment)), q.dtype)
+    return distribute_wrench(dual_arm_grasp_map(robot, capture, q), total, squeeze).reshape(2, -1)
 
 
 def shared_load_torques(
@@ -104,6 +105,6 @@ def shared_load_torques(
       hands: `hand_wrenches` at that instant.
     """
     motion = instant.base_twist, instant.base_acceleration
-    alone = inverse_dynamics(robot, q, motion, rates)
+    alone = floating_base_inverse_dynamics(robot, q, motion, rates)
     _, of_joints = hand_jacobians(robot, q)
     return alone.joints + of_joints.reshape(-1, robot.dof).T @ hands.ravel()

@@ -18,19 +18,13 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float, Int
 
-from mjx_inertia.space.closure import follow, gap
-from mjx_inertia.space.node import Node, node
-from mjx_inertia.space.quadrature import Rule, attitude, gauss, integral, unresolved
-from mjx_inertia.space.robot import Capture, SpaceRobot, entry
+from mjx_inertia.robots.chain import joints_at, unstack
+from mjx_inertia.space.closure import closed_chain_motion, closure_error
+from mjx_inertia.space.instant import Node, node
+from mjx_inertia.space.quadrature import Rule, attitude, gauss_legendre, integrate, unresolved
+from mjx_inertia.space.robot import Capture, SpaceRobot, pose_at_index
 from mjx_inertia.space.trajectory import COEFFICIENTS, JointMotion, joint_motion
-from mjx_inertia.space.tree_recursions import (
-    center_of_mass,
-    frames,
-    hand_frames,
-    row,
-    tree_bodies,
-    tree_joints,
-)
+from mjx_inertia.space.tree_recursions import center_of_mass, frames, hand_frames, tree_bodies
 from mjx_inertia.spatial import AnyArray, Pose
 from mjx_inertia.spatial.components import root, stacked
 from mjx_inertia.spatial.extremes import greatest
@@ -58,7 +52,7 @@ class Manoeuvre:
       T_world_obj: target of the object; the base starts as the world's frame.
       duration: t_f, s.
       leading: joints that have coefficients; all for "independent" motion.
-      momentum: "system" or "robot", see `node.py`.
+      momentum: "system" or "robot", see `instant.py`.
       nodes: of the quadrature.
       closure_limit: greatest distance (m) and angle (rad) between the hands' objects; None reports
         them only.
@@ -93,7 +87,7 @@ class Manoeuvre:
     @property
     def rule(self) -> Rule:
         """The quadrature."""
-        return gauss(self.nodes)
+        return gauss_legendre(self.nodes)
 
 
 @struct.dataclass
@@ -184,7 +178,9 @@ def _gaps(m: Manoeuvre, dtype: jnp.dtype) -> Float[Array, "g 2"]:
     if not m.consistent:
         return jnp.zeros((0, 2), dtype)
     linear = sum(axis < 3 for axis in m.robot.axes)
-    apart = [gap(m.robot, m.capture, jnp.asarray(q, dtype))[0] for q in (m.q_start, m.q_end)]
+    apart = [
+        closure_error(m.robot, m.capture, jnp.asarray(q, dtype))[0] for q in (m.q_start, m.q_end)
+    ]
     parts = [jnp.stack([root(jnp.sum(x**2)) for x in (g[:linear], g[linear:])]) for g in apart]
     return jnp.stack(parts)
 
@@ -205,7 +201,7 @@ def motion_at(
     start, end = (jnp.asarray(q, coefficients.dtype) for q in (m.q_start, m.q_end))
     motion = joint_motion(tau, m.duration, (start, end), (robot.lower, robot.upper), full)
     if m.consistent:
-        return follow(robot, m.capture, motion, start, m.following)
+        return closed_chain_motion(robot, m.capture, motion, start, m.following)
     return motion
 
 
@@ -214,7 +210,7 @@ def _final_base(
 ) -> tuple[Pose, Float[Array, "3"]]:
     """T_world_base at the end and its rotation vector."""
     if m.robot.planar:
-        angle = integral(twist[:, 2], m.rule, m.duration)
+        angle = integrate(twist[:, 2], m.rule, m.duration)
         turn = jnp.zeros(3, twist.dtype).at[2].set(angle)
         return base_at(m, _about_z(angle), q_end), turn
     rotation = attitude(twist[:, 3:], m.duration)
@@ -224,11 +220,11 @@ def _final_base(
 def _hand_errors(
     m: Manoeuvre, T_world_base: Pose, q_end: Float[Array, " n"]
 ) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
-    hands = hand_frames(m.robot, frames(m.robot, tree_joints(m.robot, row(q_end))))
+    hands = hand_frames(m.robot, frames(m.robot, joints_at(m.robot, unstack(q_end))))
     reached = [
         T_world_base @ Pose(*(stacked(part, q_end.dtype) for part in hand)) for hand in hands
     ]
-    wanted = [m.T_world_obj @ entry(m.capture.T_hand_obj, k).inverse() for k in (0, 1)]
+    wanted = [m.T_world_obj @ pose_at_index(m.capture.T_hand_obj, k).inverse() for k in (0, 1)]
     place = [a.translation - b.translation for a, b in zip(reached, wanted, strict=True)]
     between = [a.rotation @ b.rotation.T for a, b in zip(reached, wanted, strict=True)]
     return jnp.stack(place), jnp.stack([rotation_vector(m.robot, R) for R in between])
@@ -249,7 +245,7 @@ def _about_z(angle: Float[Array, ""]) -> Float[Array, "3 3"]:
 
 def _com(m: Manoeuvre, q: Float[Array, " n"]) -> Float[Array, "3"]:
     counted = m.capture if m.momentum == "system" else None
-    links = frames(m.robot, tree_joints(m.robot, row(q)))
+    links = frames(m.robot, joints_at(m.robot, unstack(q)))
     return stacked(center_of_mass(*tree_bodies(m.robot, counted), links), q.dtype)
 
 

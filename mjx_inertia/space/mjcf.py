@@ -15,11 +15,12 @@ from mjx_inertia.robots.mjcf_parts import (
     add_geom,
     add_joint,
     add_limb,
+    joint_names,
     placement,
     set_inertial,
 )
-from mjx_inertia.robots.rigid_links import body_of
-from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, entry
+from mjx_inertia.robots.rigid_links import float64_parameters
+from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, pose_at_index
 from mjx_inertia.spatial import InertialParameters, Pose
 
 HANDS = ("right", "left")
@@ -52,7 +53,7 @@ def space_spec(robot: SpaceRobot, capture: Capture | None = None) -> mujoco.MjSp
         base.add_freejoint(name="free")
     bodies = _links(robot, base)
     for k, (side, link) in enumerate(zip(HANDS, robot.hands, strict=True)):
-        T_link_hand = entry(robot.T_link_hand, k)
+        T_link_hand = pose_at_index(robot.T_link_hand, k)
         add_limb(bodies[link], np.asarray(T_link_hand.translation), robot.radius)
         site = {"size": [0.01, 0.01, 0.01], **placement(T_link_hand)}
         if capture is None:
@@ -69,15 +70,11 @@ def space_mjcf(robot: SpaceRobot, capture: Capture | None = None) -> str:
     return spec.to_xml()
 
 
-def joint_names(robot: SpaceRobot) -> tuple[str, ...]:
-    """Names of the joints in the model: the robot's, or `joint_1` and so on."""
-    return robot.joint_names or tuple(f"joint_{i + 1}" for i in range(robot.dof))
-
-
 def _links(robot: SpaceRobot, base: mujoco.MjsBody) -> list[mujoco.MjsBody]:
     bodies: list[mujoco.MjsBody] = []
-    for i, (name, parent) in enumerate(zip(joint_names(robot), robot.parents, strict=True)):
-        T_parent_joint = entry(robot.T_parent_joint, i)
+    names = joint_names(robot.joint_names, robot.dof)
+    for i, (name, parent) in enumerate(zip(names, robot.parents, strict=True)):
+        T_parent_joint = pose_at_index(robot.T_parent_joint, i)
         before = base if parent == BASE else bodies[parent]
         if parent != BASE:
             add_limb(before, np.asarray(T_parent_joint.translation), robot.radius)
@@ -98,8 +95,8 @@ def _hold(
     A force sensor shows what a body's parent exerts on it. So the second hand is a body without
     mass, `palm`: what its link exerts on it, it passes on to the object.
     """
-    T_hand_obj = [entry(capture.T_hand_obj, k) for k in (0, 1)]
-    T_link_hand = [entry(robot.T_link_hand, k) for k in (0, 1)]
+    T_hand_obj = [pose_at_index(capture.T_hand_obj, k) for k in (0, 1)]
+    T_link_hand = [pose_at_index(robot.T_link_hand, k) for k in (0, 1)]
     held = bodies[robot.hands[0]].add_body(
         name="object", **placement(T_link_hand[0] @ T_hand_obj[0])
     )
@@ -129,5 +126,5 @@ def _hold(
 
 def _link(robot: SpaceRobot, i: int) -> InertialParameters:
     if float(robot.links.mass[i]) == 0.0:  # one of several joints of one body
-        return body_of(_WEIGHTLESS, np.zeros(3), _WEIGHTLESS * np.eye(3))
-    return body_of(robot.links.mass[i], robot.links.com[i], robot.links.inertia[i])
+        return float64_parameters(_WEIGHTLESS, np.zeros(3), _WEIGHTLESS * np.eye(3))
+    return float64_parameters(robot.links.mass[i], robot.links.com[i], robot.links.inertia[i])

@@ -16,10 +16,10 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.robots import over_states
 from mjx_inertia.search import Evaluation, Problem
-from mjx_inertia.space.clearance import clearance
-from mjx_inertia.space.end_configuration import end_configuration, self_motions
+from mjx_inertia.space.collision_distance import clearance
 from mjx_inertia.space.manoeuvre import RESOLVED, Course, Manoeuvre, course
-from mjx_inertia.space.quadrature import between
+from mjx_inertia.space.manoeuvre_planning import end_configuration, self_motions
+from mjx_inertia.space.quadrature import interpolation_matrix
 from mjx_inertia.space.trajectory import BOUND
 from mjx_inertia.spatial.components import root
 from mjx_inertia.spatial.extremes import greatest, least
@@ -167,7 +167,8 @@ def problem(
       names: of the costs.
       bounds: greatest values of costs by name, as constraints.
       arrive: whether the joints end where they hold the object at its target from the base as this
-        decision leaves it (see `arriving`), rather than from a base that has not turned.
+        decision leaves it (see `with_object_at_target`), rather than from a base that has not
+        turned.
       swing: rad; if not zero, the joints' end is free within ± `swing` along each motion that
         leaves both hands where they are (elbows of arms with more joints than their hands need).
 
@@ -187,9 +188,9 @@ def problem(
     def evaluate(decision: Float[Array, " d"]) -> Evaluation:
         m, coefficients = manoeuvre, decision[:size]
         if ways.size:
-            m = freed(m, jnp.zeros(3, decision.dtype), ways @ decision[size:])
+            m = with_base_rotation(m, jnp.zeros(3, decision.dtype), ways @ decision[size:])
         if arrive:
-            m = arriving(m, coefficients)
+            m = with_object_at_target(m, coefficients)
         c = course(m, coefficients, total)
         return Evaluation(costs(m, c, names), violation(m, c, limits))
 
@@ -199,7 +200,7 @@ def problem(
     )
 
 
-def freed(
+def with_base_rotation(
     manoeuvre: Manoeuvre, turn: Float[Array, "3"], moved: Float[Array, " n"] | float = 0.0
 ) -> Manoeuvre:
     """The manoeuvre with joints that end as for a base that has turned; the target stays.
@@ -216,7 +217,9 @@ def freed(
     return m.replace(q_end=q_end)
 
 
-def arriving(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], rounds: int = 6) -> Manoeuvre:
+def with_object_at_target(
+    manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], rounds: int = 6
+) -> Manoeuvre:
     """The manoeuvre with joints that end where the object is at its target, the base as it ends.
 
     The end is made for an attitude, and the way to that end turns the base otherwise; each round
@@ -229,11 +232,13 @@ def arriving(manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], rounds: int
     """
 
     def onward(turn: Float[Array, "3"], _: None) -> tuple[Float[Array, "3"], None]:
-        return course(freed(manoeuvre, turn), coefficients, total=False).base_turn, None
+        return course(
+            with_base_rotation(manoeuvre, turn), coefficients, total=False
+        ).base_turn, None
 
     start = jnp.zeros(3, coefficients.dtype)
     turn, _ = jax.lax.scan(onward, start, None, rounds)
-    return freed(manoeuvre, turn)
+    return with_base_rotation(manoeuvre, turn)
 
 
 def _check_names(m: Manoeuvre, names: Sequence[str]) -> None:
@@ -262,4 +267,4 @@ def _norm(vector: Float[Array, "..."]) -> Float[Array, ""]:
 
 
 def _at_instants(m: Manoeuvre, signal: Float[Array, "t c"]) -> Float[Array, "i c"]:
-    return jnp.asarray(between(m.nodes, _INSTANTS), signal.dtype) @ signal
+    return jnp.asarray(interpolation_matrix(m.nodes, _INSTANTS), signal.dtype) @ signal

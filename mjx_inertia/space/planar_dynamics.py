@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from mjx_inertia.space.planar_robot import PlanarSettings, link_moments
+from mjx_inertia.space.planar_model import PlanarSettings, link_moments
 
 Array = Any  # of `xp`
 _TURN = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])  # of positive joints about z
@@ -103,7 +103,7 @@ def velocity_terms(
     return VelocityTerms(c, bias.reshape(*rates.shape[:-1], 6))
 
 
-def momentum_map(terms: PlanarTerms, xp: ModuleType = jnp) -> Array:
+def planar_momentum_map(terms: PlanarTerms, xp: ModuleType = jnp) -> Array:
     """J_a (..., 3, 6) of Eq. 7.3: twist of the base for joint rates without momentum."""
     return -xp.linalg.solve(terms.H[..., :3, :3], terms.H[..., :3, 3:])
 
@@ -119,7 +119,7 @@ def reduced_terms(
     return ReducedTerms(J_g, H_m + xp.swapaxes(H_bm, -1, -2) @ J_a, c_el)
 
 
-def grasp_map(place: Array, hands: Array, xp: ModuleType = jnp) -> Array:
+def planar_grasp_map(place: Array, hands: Array, xp: ModuleType = jnp) -> Array:
     """G (..., 3, 6): wrenches of both hands to one about `place` (..., 2); Murray et al. 1994."""
     levers = hands[..., :2] - place[..., None, :]
     one = xp.ones_like(levers[..., 0])

@@ -34,7 +34,7 @@ class Rule(NamedTuple):
 
 
 @functools.lru_cache
-def gauss(count: int) -> Rule:
+def gauss_legendre(count: int) -> Rule:
     """The Gauss-Legendre rule, exact for polynomials of degree 2 `count` - 1."""
     x, w = np.polynomial.legendre.leggauss(count)
     weights = w / 2.0
@@ -43,7 +43,7 @@ def gauss(count: int) -> Rule:
     return Rule((x + 1.0) / 2.0, weights, ((values * norms).T * weights)[-_TAIL:])
 
 
-def integral(signal: Float[Array, "n ..."], rule: Rule, duration: float) -> Float[Array, "..."]:
+def integrate(signal: Float[Array, "n ..."], rule: Rule, duration: float) -> Float[Array, "..."]:
     """Over the whole motion."""
     return duration * jnp.tensordot(jnp.asarray(rule.weights, signal.dtype), signal, 1)
 
@@ -60,9 +60,9 @@ def unresolved(signal: Float[Array, "n c"], rule: Rule) -> Float[Array, ""]:
 
 
 @functools.lru_cache
-def between(count: int, at: tuple[float, ...]) -> Float[ndarray, "m n"]:
+def interpolation_matrix(count: int, at: tuple[float, ...]) -> Float[ndarray, "m n"]:
     """Matrix from samples at the nodes to values at other shares of the duration."""
-    rule = gauss(count)
+    rule = gauss_legendre(count)
     degrees = count - 1
     known = np.polynomial.legendre.legvander(2.0 * rule.nodes - 1.0, degrees)
     wanted = np.polynomial.legendre.legvander(2.0 * np.array(at) - 1.0, degrees)
@@ -105,7 +105,9 @@ def _turns(
     three = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
     steps = np.diff(edges)
     at = (edges[:-1, None] + steps[:, None] * three).ravel()
-    fine = jnp.asarray(between(omega.shape[0], tuple(at.tolist())), omega.dtype) @ omega
+    fine = (
+        jnp.asarray(interpolation_matrix(omega.shape[0], tuple(at.tolist())), omega.dtype) @ omega
+    )
     longs = jnp.asarray(duration * steps, omega.dtype)
     return jax.vmap(_magnus)(fine.reshape(-1, 3, 3), longs)
 

@@ -84,7 +84,7 @@ class Capture:
     radius: float = struct.field(pytree_node=False, default=0.4)
 
 
-def entry(poses: Pose, k: int) -> Pose:
+def pose_at_index(poses: Pose, k: int) -> Pose:
     """The k-th of several poses."""
     return Pose(poses.rotation[k], poses.translation[k])
 

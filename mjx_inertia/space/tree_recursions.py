@@ -8,17 +8,23 @@ derivative of R_baseᵀ ṗ: so nothing here depends on how fast the base moves 
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Float
-
-from mjx_inertia.robots.chain import Body, Joint, body_from, body_of, joined, joints_at, once_body
+from mjx_inertia.robots.chain import (
+    Body,
+    Frame,
+    Joint,
+    add_bodies,
+    body_from,
+    body_from_parameters,
+    once_body,
+)
 from mjx_inertia.robots.link_motion import (
     acceleration_gradient,
-    across,
-    along_axis,
-    in_link_before,
-    momentum_of,
-    wrench_before,
-    wrench_of,
+    body_in_parent,
+    joint_momentum,
+    link_acceleration,
+    newton_euler_wrench,
+    project_on_axis,
+    wrench_in_parent,
 )
 from mjx_inertia.space.robot import BASE, Capture, SpaceRobot
 from mjx_inertia.spatial import InertialParameters, Pose
@@ -26,7 +32,6 @@ from mjx_inertia.spatial.components import (
     IDENTITY,
     ZERO,
     Component,
-    Mat3,
     Vec3,
     add,
     apply,
@@ -44,14 +49,7 @@ Row = tuple[Component, ...]
 Matrix = list[Row]
 
 
-class Frame(NamedTuple):
-    """A frame in the base: its axes as columns, and its origin (m)."""
-
-    rotation: Mat3
-    origin: Vec3
-
-
-class Inertias(NamedTuple):
+class TreeInertias(NamedTuple):
     """Composite inertias of the whole tree: thesis Eq. 7.1.
 
     Attributes:
@@ -67,25 +65,20 @@ class Inertias(NamedTuple):
     whole: Body
 
 
-class Forces(NamedTuple):
+class TreeForces(NamedTuple):
     """What a motion takes: wrench at the base's origin (entries in `axes`) and torques."""
 
     base: Row
     joints: Row
 
 
-def row(vector: Float[Array, " n"]) -> Row:
-    """A vector as a row of components."""
-    return tuple(vector[i] for i in range(vector.shape[0]))
-
-
-def picked(robot: SpaceRobot, linear: Vec3, angular: Vec3) -> Row:
+def select_axes(robot: SpaceRobot, linear: Vec3, angular: Vec3) -> Row:
     """The entries of a twist or wrench that a robot can have."""
     both = (*linear, *angular)
     return tuple(both[i] for i in robot.axes)
 
 
-def spread(robot: SpaceRobot, row: Row) -> tuple[Vec3, Vec3]:
+def scatter_axes(robot: SpaceRobot, row: Row) -> tuple[Vec3, Vec3]:
     """A twist or wrench of the entries in `axes`; the others are zero."""
     both: list[Component] = [0.0] * 6
     for i, entry in zip(robot.axes, row, strict=True):
@@ -93,7 +86,7 @@ def spread(robot: SpaceRobot, row: Row) -> tuple[Vec3, Vec3]:
     return (both[0], both[1], both[2]), (both[3], both[4], both[5])
 
 
-def opposite(row: Row) -> Row:
+def negate(row: Row) -> Row:
     """A row with every sign changed."""
     return tuple(times(-1.0, entry) for entry in row)
 
@@ -103,7 +96,7 @@ def tree_bodies(robot: SpaceRobot, capture: Capture | None) -> tuple[Body, list[
 
     Args:
       robot: the tree.
-      capture: what belongs to the first hand's link as well; nothing if None.
+      capture: the object fixed to the first hand's link; no object if None.
     """
     entries = zip(
         components(robot.links.mass),
@@ -115,13 +108,8 @@ def tree_bodies(robot: SpaceRobot, capture: Capture | None) -> tuple[Body, list[
     if capture is not None:
         i = robot.hands[0]
         T_link_obj = frame_of(robot.T_link_hand, 0), frame_of(capture.T_hand_obj, 0)
-        links[i] = once_body(joined(links[i], _placed(capture.inertial, *T_link_obj)))
-    return body_of(robot.base), links
-
-
-def tree_joints(robot: SpaceRobot, q: Row) -> list[Joint]:
-    """The joints at positions `q`."""
-    return joints_at(robot, q)
+        links[i] = once_body(add_bodies(links[i], _placed(capture.inertial, *T_link_obj)))
+    return body_from_parameters(robot.base), links
 
 
 def frames(robot: SpaceRobot, joints: list[Joint]) -> list[Frame]:
@@ -137,7 +125,7 @@ def frames(robot: SpaceRobot, joints: list[Joint]) -> list[Frame]:
 def hand_frames(robot: SpaceRobot, links: list[Frame]) -> list[Frame]:
     """Both hands in the base."""
     return [
-        behind(_parent_frame(links, link), frame_of(robot.T_link_hand, k))
+        compose_frames(_parent_frame(links, link), frame_of(robot.T_link_hand, k))
         for k, link in enumerate(robot.hands)
     ]
 
@@ -145,21 +133,21 @@ def hand_frames(robot: SpaceRobot, links: list[Frame]) -> list[Frame]:
 def held_frames(robot: SpaceRobot, capture: Capture, links: list[Frame]) -> list[Frame]:
     """The object in the base as each hand has it."""
     return [
-        behind(hand, frame_of(capture.T_hand_obj, k))
+        compose_frames(hand, frame_of(capture.T_hand_obj, k))
         for k, hand in enumerate(hand_frames(robot, links))
     ]
 
 
-def behind(before: Frame, frame: Frame) -> Frame:
+def compose_frames(before: Frame, frame: Frame) -> Frame:
     """A frame given in another, in what the other is given in."""
     origin = once(add(before.origin, apply(before.rotation, frame.origin)))
     return Frame(once(multiply(before.rotation, frame.rotation)), origin)
 
 
-def hand_columns(robot: SpaceRobot, links: list[Frame], hand: int, place: Vec3) -> Matrix:
+def hand_jacobian_columns(robot: SpaceRobot, links: list[Frame], hand: int, place: Vec3) -> Matrix:
     """J_e: a row for each joint, the twist at `place` (m, base) of what a hand holds."""
     ahead = ancestors(robot, robot.hands[hand])
-    nothing = picked(robot, ZERO, ZERO)
+    nothing = select_axes(robot, ZERO, ZERO)
     rows: Matrix = []
     for i, (frame, axis) in enumerate(zip(links, components(robot.axis), strict=True)):
         if i not in ahead:
@@ -167,22 +155,22 @@ def hand_columns(robot: SpaceRobot, links: list[Frame], hand: int, place: Vec3) 
             continue
         along = once(apply(frame.rotation, axis))
         if robot.prismatic[i]:
-            rows.append(picked(robot, along, ZERO))
+            rows.append(select_axes(robot, along, ZERO))
         else:
             turning = once(cross(along, subtract(place, frame.origin)))
-            rows.append(picked(robot, turning, along))
+            rows.append(select_axes(robot, turning, along))
     return rows
 
 
-def base_columns(robot: SpaceRobot, place: Vec3) -> Matrix:
+def base_jacobian_columns(robot: SpaceRobot, place: Vec3) -> Matrix:
     """J_b: a row for each entry of the base's twist, the twist at `place` that it causes."""
     rows: Matrix = []
     for i in robot.axes:
         unit = IDENTITY[i % 3]
         if i < 3:
-            rows.append(picked(robot, unit, ZERO))
+            rows.append(select_axes(robot, unit, ZERO))
         else:
-            rows.append(picked(robot, cross(unit, place), unit))
+            rows.append(select_axes(robot, cross(unit, place), unit))
     return rows
 
 
@@ -207,7 +195,7 @@ def ancestors(robot: SpaceRobot, link: int) -> list[int]:
 
 def composite_inertias(
     robot: SpaceRobot, joints: list[Joint], base: Body, bodies: list[Body]
-) -> Inertias:
+) -> TreeInertias:
     """H_b, H_bm and H_m: the composite rigid body algorithm (Featherstone 2008, Sec. 9.3)."""
     n = robot.dof
     drives = components(robot.armature)
@@ -216,31 +204,31 @@ def composite_inertias(
     composite = list(bodies)
     whole = base
     for i in reversed(range(n)):
-        force, moment = once(momentum_of(joints[i], composite[i]))
-        matrix[i][i] = once(plus(drives[i], along_axis(joints[i], force, moment)))
+        force, moment = once(joint_momentum(joints[i], composite[i]))
+        matrix[i][i] = once(plus(drives[i], project_on_axis(joints[i], force, moment)))
         j = i
         while j != BASE:
-            force, moment = once(wrench_before(joints[j], force, moment))
+            force, moment = once(wrench_in_parent(joints[j], force, moment))
             j = robot.parents[j]
             if j != BASE:
-                matrix[i][j] = matrix[j][i] = once(along_axis(joints[j], force, moment))
-        coupling[i] = picked(robot, force, moment)
-        carried = in_link_before(joints[i], composite[i])
+                matrix[i][j] = matrix[j][i] = once(project_on_axis(joints[j], force, moment))
+        coupling[i] = select_axes(robot, force, moment)
+        carried = body_in_parent(joints[i], composite[i])
         if (parent := robot.parents[i]) == BASE:
-            whole = once_body(joined(whole, carried))
+            whole = once_body(add_bodies(whole, carried))
         else:
-            composite[parent] = once_body(joined(composite[parent], carried))
-    return Inertias(_base_matrix(robot, whole), coupling, [tuple(r) for r in matrix], whole)
+            composite[parent] = once_body(add_bodies(composite[parent], carried))
+    return TreeInertias(_base_matrix(robot, whole), coupling, [tuple(r) for r in matrix], whole)
 
 
-def newton_euler(
+def tree_newton_euler(
     robot: SpaceRobot,
     joints: list[Joint],
     base: Body,
     bodies: list[Body],
     motion: tuple[Row, Row],
     rates: tuple[Row, Row],
-) -> tuple[Forces, list[tuple[Vec3, Vec3, Vec3]]]:
+) -> tuple[TreeForces, list[tuple[Vec3, Vec3, Vec3]]]:
     """Forces of a motion, and ω, α and acceleration of every link's origin, in the link's axes.
 
     Luh, Walker and Paul 1980, from a base that moves.
@@ -253,10 +241,10 @@ def newton_euler(
       motion: twist and acceleration of the base.
       rates: of the joints, and their accelerations.
     """
-    _, omega = spread(robot, motion[0])
-    linear, alpha = spread(robot, motion[1])
+    _, omega = scatter_axes(robot, motion[0])
+    linear, alpha = scatter_axes(robot, motion[1])
     gradient = once(acceleration_gradient(omega, alpha))
-    force, moment = wrench_of(base, omega, alpha, linear, gradient)
+    force, moment = newton_euler_wrench(base, omega, alpha, linear, gradient)
     states, gradients, wrenches = [], [], []
     for i, (joint, body) in enumerate(zip(joints, bodies, strict=True)):
         parent = robot.parents[i]
@@ -266,25 +254,25 @@ def newton_euler(
             else (states[parent], gradients[parent])
         )
         carried = once(add(at[2], apply(slope, joint.offset)))
-        state = across(joint, at[0], at[1], carried, rates[0][i], rates[1][i])
+        state = link_acceleration(joint, at[0], at[1], carried, rates[0][i], rates[1][i])
         states.append(state)
         gradients.append(once(acceleration_gradient(state[0], state[1])))
-        wrenches.append(wrench_of(body, *state, gradients[i]))
+        wrenches.append(newton_euler_wrench(body, *state, gradients[i]))
     drives = components(robot.armature)
     torques: list[Component] = [0.0] * robot.dof
     for i in reversed(range(robot.dof)):
         own = once(wrenches[i])
-        torques[i] = once(plus(along_axis(joints[i], *own), times(drives[i], rates[1][i])))
-        passed = wrench_before(joints[i], *own)
+        torques[i] = once(plus(project_on_axis(joints[i], *own), times(drives[i], rates[1][i])))
+        passed = wrench_in_parent(joints[i], *own)
         if (parent := robot.parents[i]) == BASE:
             force, moment = once((add(force, passed[0]), add(moment, passed[1])))
         else:
             before = wrenches[parent]
             wrenches[parent] = (add(before[0], passed[0]), add(before[1], passed[1]))
-    return Forces(picked(robot, force, moment), tuple(torques)), states
+    return TreeForces(select_axes(robot, force, moment), tuple(torques)), states
 
 
-def combined(rows: Matrix, factors: Row) -> Row:
+def linear_combination(rows: Matrix, factors: Row) -> Row:
     """Σ of the rows, each times its factor."""
     total: list[Component] = [0.0] * len(rows[0])
     for row, factor in zip(rows, factors, strict=True):
@@ -292,7 +280,7 @@ def combined(rows: Matrix, factors: Row) -> Row:
     return once(tuple(total))
 
 
-def against(rows: Matrix, vector: Row) -> Row:
+def dot_rows(rows: Matrix, vector: Row) -> Row:
     """Inner product of each row with a vector."""
     result = []
     for row in rows:
@@ -308,9 +296,9 @@ def _base_matrix(robot: SpaceRobot, whole: Body) -> Matrix:
     for i in robot.axes:
         unit = IDENTITY[i % 3]
         if i < 3:
-            rows.append(picked(robot, scale(whole.mass, unit), cross(whole.moment, unit)))
+            rows.append(select_axes(robot, scale(whole.mass, unit), cross(whole.moment, unit)))
         else:
-            rows.append(picked(robot, cross(unit, whole.moment), apply(whole.inertia, unit)))
+            rows.append(select_axes(robot, cross(unit, whole.moment), apply(whole.inertia, unit)))
     return rows
 
 
@@ -325,7 +313,7 @@ def frame_of(poses: Pose, k: int) -> Frame:
 
 def _placed(params: InertialParameters, T_link_hand: Frame, T_hand_obj: Frame) -> Body:
     """A body in the axes and about the origin of the link that holds it."""
-    frame = behind(T_link_hand, T_hand_obj)
+    frame = compose_frames(T_link_hand, T_hand_obj)
     # a joint that has been turned is a frame in a frame
     fixed = Joint(frame.rotation, frame.origin, ZERO, False)
-    return in_link_before(fixed, body_of(params))
+    return body_in_parent(fixed, body_from_parameters(params))

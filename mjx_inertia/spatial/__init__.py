@@ -7,7 +7,12 @@ the frame's origin (N m), both in the axes of the frame. Functions are written f
 """
 
 from mjx_inertia.spatial.arrays import AnyArray
-from mjx_inertia.spatial.consistency import Consistency, check_consistency, explain, thicken
+from mjx_inertia.spatial.consistency import (
+    Consistency,
+    check_consistency,
+    explain_consistency,
+    thicken,
+)
 from mjx_inertia.spatial.inertia import (
     InertialParameters,
     change_frame,
@@ -55,7 +60,7 @@ __all__ = [
     "change_frame_planar",
     "check_consistency",
     "combine",
-    "explain",
+    "explain_consistency",
     "from_log_cholesky",
     "from_planar",
     "from_principal",

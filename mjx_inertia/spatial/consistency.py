@@ -73,7 +73,7 @@ def check_consistency(
     return jnp.select(list(conditions), codes, jnp.int32(Consistency.CONSISTENT))
 
 
-def explain(params: InertialParameters, tolerance: float | None = None) -> str:
+def explain_consistency(params: InertialParameters, tolerance: float | None = None) -> str:
     """Why one body is or is not consistent, with the numbers that decide; not for use inside jit.
 
     Args:

@@ -8,7 +8,7 @@ import pytest
 import shapely
 
 from mjx_inertia.dataset import GenerateSettings, ShapesProtocol, generate
-from mjx_inertia.dataset.plan import known_setup, take
+from mjx_inertia.dataset.plan import known_setup, select_pushes
 from mjx_inertia.dataset.shapes_plan import shapes_plan
 from mjx_inertia.dataset.store import open_store, read_block
 from mjx_inertia.objects import cube, load_catalogue, planar_integrals
@@ -68,7 +68,7 @@ def test_one_scene_for_all_is_a_scene_for_each():
     for i, name in enumerate(names):
         obj = load_catalogue(name)[name]
         rows = np.flatnonzero(np.asarray(plan.conditions.object_id) == i)
-        part = take(plan, rows)
+        part = select_pushes(plan, rows)
         center = planar_integrals(obj.outline).centroid
         alone = part.replace(
             parameters=part.parameters.replace(

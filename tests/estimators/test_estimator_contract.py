@@ -19,7 +19,7 @@ from mjx_inertia.estimators import (
     save_fitted,
     targets_of,
 )
-from mjx_inertia.features import take
+from mjx_inertia.features import take_examples
 from mjx_inertia.pushing import PushStatus
 
 # Small enough for a test, and the share of the targets' variance that may stay unexplained on new
@@ -125,7 +125,7 @@ def test_misuse_is_refused(name, fitted):
     with pytest.raises(ValueError, match="truth"):
         estimator.fit(rows.replace(truth=None), key=jax.random.key(0))
     with pytest.raises(ValueError, match="5 of 5 examples are usable"):
-        estimator.fit(take(rows, jnp.arange(5)), key=jax.random.key(0))
+        estimator.fit(take_examples(rows, jnp.arange(5)), key=jax.random.key(0))
     impossible = rows.replace(truth=rows.truth.replace(mass=rows.truth.mass.at[7].set(-1)))
     with pytest.raises(ValueError, match="not positive"):
         estimator.fit(impossible, key=jax.random.key(0))
@@ -146,11 +146,11 @@ def test_columns_are_found_by_name_whatever_their_order(name, fitted):
 
 def test_empty_and_large_inputs(name, fitted):
     estimator = make(name)
-    none = estimator.predict(fitted[name], take(problem(5, 20), jnp.zeros(0, jnp.int32)))
+    none = estimator.predict(fitted[name], take_examples(problem(5, 20), jnp.zeros(0, jnp.int32)))
     assert none.mean.shape == (0, 4)
     many = problem(6, 5000)
     whole = estimator.predict(fitted[name], many)
-    part = estimator.predict(fitted[name], take(many, jnp.arange(4900, 5000)))
+    part = estimator.predict(fitted[name], take_examples(many, jnp.arange(4900, 5000)))
     np.testing.assert_array_equal(whole.mean[4900:], part.mean)
 
 

@@ -9,7 +9,7 @@ import pytest
 from estimators.quasi_static import quasi_static_push, random_pushes
 
 from mjx_inertia.dataset import CubesProtocol, PushTruth, SensorNoise, add_noise, cubes_plan
-from mjx_inertia.dataset.plan import Range, take
+from mjx_inertia.dataset.plan import Range, select_pushes
 from mjx_inertia.estimators import (
     EstimateStatus,
     LimitSurfaceSettings,
@@ -23,7 +23,7 @@ from mjx_inertia.estimators import (
 from mjx_inertia.features import Examples
 from mjx_inertia.objects import cube, load_mcube_objects
 from mjx_inertia.pushing import PushStatus, build_scene, simulate
-from mjx_inertia.pushing.limit_surface import ellipsoid, load_to_twist
+from mjx_inertia.pushing.limit_surface import ellipsoidal_limit_surface, load_to_twist
 
 pytestmark = pytest.mark.long
 
@@ -35,7 +35,7 @@ def rows_of_the_laws(number, seed=0):
     rng = np.random.default_rng(seed)
     load = rng.normal(size=(number, 3)) * [1, 1, C]
     load *= MAX_FORCE / np.sqrt(load[:, 0] ** 2 + load[:, 1] ** 2 + (load[:, 2] / C) ** 2)[:, None]
-    assert np.allclose(jax.vmap(lambda x: ellipsoid(x, MAX_FORCE, C))(load), 1)
+    assert np.allclose(jax.vmap(lambda x: ellipsoidal_limit_surface(x, MAX_FORCE, C))(load), 1)
     twist = np.array(jax.vmap(lambda x: load_to_twist(x, C))(jnp.asarray(load)))
     twist *= rng.uniform(0.01, 0.05, (number, 1)) / np.linalg.norm(twist[:, :2], axis=1)[:, None]
     load[:, 2] += COM[0] * load[:, 1] - COM[1] * load[:, 0]
@@ -190,7 +190,7 @@ def test_slow_simulated_pushes_tell_the_com_to_a_millimetre():
         speeds=(0.01,),
     )
     whole = cubes_plan(protocol, seed=0)
-    plan = take(whole, np.arange(0, len(whole), 13))
+    plan = select_pushes(whole, np.arange(0, len(whole), 13))
     record = simulate(
         build_scene(cube(0.15, 2.0)),
         plan.parameters,

@@ -8,7 +8,7 @@ import pytest
 
 from mjx_inertia.dataset import PushTruth, load_mcube_folder
 from mjx_inertia.estimators import EstimateStatus
-from mjx_inertia.estimators.force_balance import BalanceSettings
+from mjx_inertia.estimators.force_balance_fit import BalanceSettings
 from mjx_inertia.estimators.newton import fit_newton, predict_newton
 from mjx_inertia.objects import friction_radius, load_mcube_objects
 from mjx_inertia.pushing import PushRecord, PushStatus

@@ -16,19 +16,19 @@ from mjx_inertia.dataset import (
     add_noise,
     cubes_plan,
 )
-from mjx_inertia.dataset.plan import Range, known_setup, take
+from mjx_inertia.dataset.plan import Range, known_setup, select_pushes
 from mjx_inertia.estimators import EstimateStatus
 from mjx_inertia.estimators.sysid import (
     FittedSysid,
     SysidSettings,
-    explain,
+    explain_identifiability,
     identify,
     sysid,
     to_coordinates,
     to_value,
 )
 from mjx_inertia.features import examples
-from mjx_inertia.features import take as take_rows
+from mjx_inertia.features import take_examples as take_rows
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushStatus, build_scene, simulate
 
@@ -49,7 +49,7 @@ def plan():
         Range(0.6, 3.0, 3), Range(0.25, 0.5, 2), Range(0.12, 0.18, 2), speeds=(SPEED,),
         pushes_per_cube=1,
     )  # fmt: skip
-    plan = take(cubes_plan(protocol, seed=3), np.array([2, 4, 7, 9, 6, 5, 10, 11]))
+    plan = select_pushes(cubes_plan(protocol, seed=3), np.array([2, 4, 7, 9, 6, 5, 10, 11]))
     start, direction = np.array(plan.motion.start), np.array(plan.motion.direction)
     start[BESIDE, 0] -= 0.2
     start[CENTRAL, 1], direction[CENTRAL] = 0.0, (1.0, 0.0)
@@ -210,13 +210,13 @@ def test_a_push_through_the_com_tells_nothing_of_turning(clean):
     assert SETTINGS.identifiable < deviation[MASS] < 0.06 and deviation[COM_Y] < 0.01
     np.testing.assert_allclose(found.search.z[CENTRAL, [INERTIA, COM_X]], 0.0, atol=1e-3)
     known = jax.tree.map(lambda x: x[CENTRAL], found.known)
-    sentence = explain(known, SETTINGS.estimated)
+    sentence = explain_identifiability(known, SETTINGS.estimated)
     assert "cannot be told" in sentence
     for informed in ("mass", "table friction", "CoM y", "stiffness"):
         assert informed not in sentence.split(":")[0]
     for push in GOOD:
         known = jax.tree.map(lambda x: x[push], found.known)  # noqa: B023
-        assert explain(known, SETTINGS.estimated) == ""
+        assert explain_identifiability(known, SETTINGS.estimated) == ""
 
 
 def test_examples_without_signals_are_refused(clean):

@@ -11,7 +11,7 @@ from mjx_inertia.estimators.sysid import (
     Beliefs,
     NormalEquations,
     SysidSettings,
-    explain,
+    explain_identifiability,
     from_planar_values,
     identifiability,
     observe,
@@ -21,7 +21,11 @@ from mjx_inertia.estimators.sysid import (
     to_value,
     with_belief,
 )
-from mjx_inertia.estimators.sysid.levenberg_marquardt import begin, is_minimum, step
+from mjx_inertia.estimators.sysid.levenberg_marquardt import (
+    is_minimum,
+    levenberg_marquardt_start,
+    levenberg_marquardt_step,
+)
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED, small_residual
 from mjx_inertia.estimators.sysid.observation import (
     WIDTH,
@@ -31,7 +35,7 @@ from mjx_inertia.estimators.sysid.observation import (
     weights,
 )
 from mjx_inertia.estimators.sysid.settings import ESTIMATED
-from mjx_inertia.estimators.sysid.unknowns import LOGARITHMIC, Instrument, beyond_bounds, bounds
+from mjx_inertia.estimators.sysid.unknowns import LOGARITHMIC, SensorErrors, beyond_bounds, bounds
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, StraightMotion
 from mjx_inertia.pushing.rollout import Sample
 
@@ -208,8 +212,8 @@ def rosenbrock(z):
 
 def run(evaluate, z, most=60):
     """The search, the points that it stood at and those that it asked for."""
-    progress, path, asked = begin(jnp.asarray(z)), [], []
-    advance, evaluate = jax.jit(step), jax.jit(evaluate)
+    progress, path, asked = levenberg_marquardt_start(jnp.asarray(z)), [], []
+    advance, evaluate = jax.jit(levenberg_marquardt_step), jax.jit(evaluate)
     for _ in range(most):
         asked.append(np.asarray(progress.ask))
         progress = advance(progress, evaluate(progress.ask))
@@ -275,7 +279,7 @@ def test_a_search_stalls_at_a_kink_and_knows_how_much_it_may_still_gain(slope):
 def test_a_steady_push_shows_the_product_of_mass_and_friction_only():
     rate = np.array([[30.0, 30.0, 0.0], [0.0, 0.0, 20.0]])  # of the force, of the moment
     result = identifiability(rate.T @ rate)
-    sentence = explain(result, ("mass", "friction", "com_y"))
+    sentence = explain_identifiability(result, ("mass", "friction", "com_y"))
     assert sentence.startswith(
         ("mass and table friction cannot be told apart", "table friction and mass cannot be told")
     )
@@ -291,7 +295,7 @@ def test_a_steady_push_shows_the_product_of_mass_and_friction_only():
 
 def test_single_unknowns_and_informative_pushes():
     names = ("mass", "inertia", "tip_friction")
-    assert explain(identifiability(np.diag([50.0, 40.0, 30.0])), names) == ""
+    assert explain_identifiability(identifiability(np.diag([50.0, 40.0, 30.0])), names) == ""
     sentences = {
         1: "I_zz cannot be told from this push: the push hardly turns the object",
         2: "tip friction cannot be told from this push: the tip does not slide along the object",
@@ -300,9 +304,9 @@ def test_single_unknowns_and_informative_pushes():
     for i, sentence in sentences.items():
         fisher = np.full(3, 50.0)
         fisher[i] = 0.1
-        assert explain(identifiability(np.diag(fisher)), names) == sentence
+        assert explain_identifiability(identifiability(np.diag(fisher)), names) == sentence
     two = identifiability(np.diag([50.0, 0.1, 0.2]))
-    assert explain(two, names).startswith(
+    assert explain_identifiability(two, names).startswith(
         ("I_zz and tip friction cannot be told from", "tip friction and I_zz cannot be told from")
     )
     lost = identifiability(np.full((3, 3), np.nan))
@@ -344,7 +348,7 @@ def samples_of(r):
 
 
 def instrument(mass=0.0, bias=(0.0, 0.0), delay=0.0, pose=(0.0, 0.0, 0.0)):
-    return Instrument(*(jnp.asarray(x, float) for x in (mass, bias, delay, pose)))
+    return SensorErrors(*(jnp.asarray(x, float) for x in (mass, bias, delay, pose)))
 
 
 def test_weights_are_inverse_standard_deviations_inside_the_push():

@@ -7,8 +7,8 @@ import pytest
 import xgboost
 from estimators.problem import problem
 
-from mjx_inertia.estimators.boosted import BoostedSettings, boosted
-from mjx_inertia.estimators.forest import ForestSettings, forest_moments, grow
+from mjx_inertia.estimators.boosted_trees import BoostedSettings, boosted
+from mjx_inertia.estimators.random_forest import ForestSettings, forest_moments, grow
 from mjx_inertia.estimators.trees import _sum_of_block, readable_tree, sum_over_trees, with_products
 from mjx_inertia.estimators.xgboost_trees import ColumnSearch, Job, ensemble_of, train
 

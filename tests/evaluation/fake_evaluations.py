@@ -4,7 +4,7 @@ import numpy as np
 
 from mjx_inertia.dataset import PushConditions, PushTruth
 from mjx_inertia.estimators import Estimate
-from mjx_inertia.evaluation import Evaluation
+from mjx_inertia.evaluation import HeldOutEstimates
 from mjx_inertia.pushing import PushRecord
 
 MASSES = np.linspace(0.5, 5, 20)
@@ -46,7 +46,7 @@ def fake_evaluation(
     failed: int = 0,
     claimed: float = 1.0,
     seed: int = 0,
-) -> Evaluation:
+) -> HeldOutEstimates:
     """Relative noise `noise` on mass, twice on I_zz, a third in CoM; None: the training mean."""
     truth, conditions = fake_truth(pushes, seed)
     true = np.column_stack([truth.mass, truth.inertia, truth.com])
@@ -65,7 +65,7 @@ def fake_evaluation(
     mean[:failed] = np.nan
     push_status = np.zeros(pushes, int)
     push_status[: failed // 2] = 1
-    return Evaluation(
+    return HeldOutEstimates(
         dataset="quick",
         split=split,
         estimator=estimator,
@@ -76,7 +76,7 @@ def fake_evaluation(
     )
 
 
-def fake_evaluations(pushes: int = 480, failed: int = 3) -> list[Evaluation]:
+def fake_evaluations(pushes: int = 480, failed: int = 3) -> list[HeldOutEstimates]:
     rows = []
     for seed, split in enumerate(("thesis", "grouped")):
         worse = 1 + 0.4 * seed

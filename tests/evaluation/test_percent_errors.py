@@ -5,7 +5,7 @@ from fake_evaluations import fake_evaluation
 from mjx_inertia.dataset import PushConditions, PushTruth
 from mjx_inertia.estimators import Estimate
 from mjx_inertia.evaluation import (
-    Evaluation,
+    HeldOutEstimates,
     absolute_percent_difference,
     com_error_mm,
     count_failures,
@@ -17,7 +17,7 @@ from mjx_inertia.evaluation import (
 
 def small_evaluation(mean, status=(0, 0, 0, 0), com_y=(0.02, 0.0, -0.0009, -0.02), **extra):
     n = 4
-    return Evaluation(
+    return HeldOutEstimates(
         dataset="d",
         split="s",
         estimator="e",

@@ -16,10 +16,10 @@ from mjx_inertia.features import (
     examples,
     extract,
     feature_names,
-    select,
-    take,
+    select_columns,
+    take_examples,
 )
-from mjx_inertia.features.extract import _rows_of_length
+from mjx_inertia.features.extraction import _rows_of_length
 from mjx_inertia.features.onset import EDGES, HORIZONS
 from mjx_inertia.pushing import PushStatus
 
@@ -263,16 +263,16 @@ def test_examples_carry_truth_and_are_taken_joined_and_selected():
     truth = PushTruth(mass=1 + number, inertia=number, com=jnp.stack([number, -number], axis=1))
     conditions = PushConditions(jnp.arange(7), *[number] * 5)
     rows = examples(PushBatch(records, truth, conditions), "moments")
-    some = take(rows, jnp.array([4, 1]))
+    some = take_examples(rows, jnp.array([4, 1]))
     assert some.truth.mass.tolist() == [5, 2]
-    masked = take(rows, np.asarray(number) > 3)
+    masked = take_examples(rows, np.asarray(number) > 3)
     assert masked.truth.mass.tolist() == [5, 6, 7]
     both = concatenate([some, masked])
     np.testing.assert_array_equal(both.features[2:], masked.features)
     assert both.truth.com.shape == (5, 2)
     assert concatenate([some, masked.replace(truth=None)]).truth is None
     np.testing.assert_array_equal(
-        select(rows, rows.columns[3:1:-1]), np.asarray(rows.features)[:, [3, 2]]
+        select_columns(rows, rows.columns[3:1:-1]), np.asarray(rows.features)[:, [3, 2]]
     )
 
 
@@ -288,4 +288,4 @@ def test_misuse_is_refused():
     with pytest.raises(ValueError, match="is empty"):
         concatenate([])
     with pytest.raises(ValueError, match="lack 1 of 1 columns asked for: nothing"):
-        select(rows, ("nothing",))
+        select_columns(rows, ("nothing",))

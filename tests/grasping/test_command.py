@@ -27,7 +27,7 @@ from mjx_inertia.grasping import (
 )
 from mjx_inertia.grasping.__main__ import main
 from mjx_inertia.grasping.picture import hand_boxes, painted
-from mjx_inertia.grasping.ranking import table
+from mjx_inertia.grasping.ranking import ranking_table
 from mjx_inertia.objects import load_catalogue
 from mjx_inertia.robots import baxter
 from mjx_inertia.spatial import Pose
@@ -83,7 +83,7 @@ def test_the_order_is_by_cost_and_leaves_out_what_fails(ranking, mug, grasps):
     hands = hands_of(grasps, BAXTER_GRIPPER)
     again = evaluate_grasps(baxter("left"), mug.inertial, hands, path_of(mug))
     np.testing.assert_allclose(ranking.by("effort")[status == 0], again.usable()[status == 0, 0])
-    lines = table(ranking, rows=5).splitlines()
+    lines = ranking_table(ranking, rows=5).splitlines()
     assert len(lines) == 6 and f"{efforts[0]:.4g}" in lines[1]
 
 

@@ -6,7 +6,16 @@ import jaxtyping
 import numpy as np
 import pytest
 
-from mjx_inertia.objects import combine, cuboid, from_parts, moved, re_mass, scale, solids, turned
+from mjx_inertia.objects import (
+    combine_objects,
+    cuboid,
+    from_parts,
+    moved,
+    re_mass,
+    scale_object,
+    solids,
+    turned,
+)
 from mjx_inertia.spatial import Consistency, check_consistency
 
 
@@ -31,7 +40,7 @@ def assert_same_body(a, b, tolerance=1e-9):
 
 
 def test_a_stretched_object_is_that_of_its_stretched_parts():
-    stretched = scale(lamp(), (1.5, 0.7, 2.0))
+    stretched = scale_object(lamp(), (1.5, 0.7, 2.0))
     assert_same_body(stretched, from_parts("again", stretched.parts))
     assert stretched.height == pytest.approx(0.64, abs=1e-6)
     assert stretched.mesh.volume == pytest.approx(2.1 * lamp().mesh.volume)
@@ -43,10 +52,10 @@ def test_a_stretched_object_is_that_of_its_stretched_parts():
 
 def test_scaling_of_a_cuboid():
     """At twice the size the mass is 8 times and the tensor 32 times as large."""
-    small, large = cuboid((0.1, 0.2, 0.3), 1.0), scale(cuboid((0.1, 0.2, 0.3), 1.0), 2.0)
+    small, large = cuboid((0.1, 0.2, 0.3), 1.0), scale_object(cuboid((0.1, 0.2, 0.3), 1.0), 2.0)
     np.testing.assert_allclose(large.inertial.inertia, 32 * small.inertial.inertia, rtol=1e-12)
     assert float(large.inertial.mass) == pytest.approx(8.0) and large.is_box
-    light = scale(small, 2.0, mass=1.0)
+    light = scale_object(small, 2.0, mass=1.0)
     np.testing.assert_allclose(light.inertial.inertia, 4 * small.inertial.inertia, rtol=1e-12)
 
 
@@ -61,7 +70,7 @@ def test_combined_objects_are_the_sum_of_their_parts():
     brick = from_parts("brick", [solids.box((0.1, 0.05, 0.02), density=1800.0)])
     turn = jaxlie.SO3.from_z_radians(0.7)
     up = jaxlie.SE3.from_rotation_and_translation(turn, np.array([0.02, 0.01, 0.32]))
-    both = combine([lamp(), brick], [jaxlie.SE3.identity(), up], name="loaded lamp")
+    both = combine_objects([lamp(), brick], [jaxlie.SE3.identity(), up], name="loaded lamp")
     above = moved(turned(brick.parts[0], np.degrees(0.7)), (0.02, 0.01, 0.32))
     assert_same_body(both, from_parts("again", [*lamp().parts, above]), 1e-8)
     assert both.mesh.is_watertight and both.stability > 0.0
@@ -73,7 +82,7 @@ def test_combined_objects_are_the_sum_of_their_parts():
 def test_the_whole_is_put_down():
     flat = cuboid((0.1, 0.1, 0.02), 1.0)
     low = jaxlie.SE3.from_translation(np.array([0.0, 0.0, -0.02]))
-    both = combine([flat, flat], [jaxlie.SE3.identity(), low])
+    both = combine_objects([flat, flat], [jaxlie.SE3.identity(), low])
     np.testing.assert_allclose(both.inertial.com, [0.0, 0.0, 0.02], atol=1e-8)
     assert both.height == pytest.approx(0.04, abs=1e-6)
 
@@ -82,7 +91,7 @@ def test_rounding_does_not_part_what_touches():
     """A pose in single precision leaves a gap of nanometres."""
     box = cuboid((0.1, 0.1, 0.1), 1.0)
     beside = jaxlie.SE3.from_translation(np.array([0.1 + 4e-9, 0.0, 0.0]))
-    both = combine([box, box], [jaxlie.SE3.identity(), beside])
+    both = combine_objects([box, box], [jaxlie.SE3.identity(), beside])
     assert both.footprint.area == pytest.approx(0.02, rel=1e-6)
 
 
@@ -93,9 +102,9 @@ def test_wrong_types():
         with pytest.raises(ValueError, match="mass None kg is not positive"):
             re_mass(box, None)  # pyright: ignore[reportArgumentType]
         with pytest.raises(ValueError, match=r"factor \(1, 2\) is not one number or three"):
-            scale(box, (1, 2))  # pyright: ignore[reportArgumentType]
+            scale_object(box, (1, 2))  # pyright: ignore[reportArgumentType]
         with pytest.raises(ValueError, match=r"pose 0 is a ndarray, expected a jaxlie\.SE3"):
-            combine([box], [np.eye(4)])  # pyright: ignore[reportArgumentType]
+            combine_objects([box], [np.eye(4)])  # pyright: ignore[reportArgumentType]
     finally:
         jaxtyping.config.update("jaxtyping_disable", False)
 
@@ -104,17 +113,17 @@ def test_errors():
     box = cuboid((0.1, 0.1, 0.1), 1.0)
     with pytest.raises(ValueError, match="overlap by 500 cm³"):
         half = jaxlie.SE3.from_translation(np.array([0.05, 0.0, 0.0]))
-        combine([box, box], [jaxlie.SE3.identity(), half])
+        combine_objects([box, box], [jaxlie.SE3.identity(), half])
     with pytest.raises(ValueError, match="2 objects with 1 poses"):
-        combine([box, box], [jaxlie.SE3.identity()])
+        combine_objects([box, box], [jaxlie.SE3.identity()])
     here = jaxlie.SE3.identity()
     with pytest.raises(ValueError, match=r"combined: it is 2 bodies that lie 9\.9e\+03 mm "):
-        combine([box, box], [here, jaxlie.SE3.from_translation(np.array([10.0, 0.0, 0.0]))])
+        combine_objects([box, box], [here, jaxlie.SE3.from_translation(np.array([10.0, 0.0, 0.0]))])
     with pytest.raises(ValueError, match="combined: pose 1 is not finite"):
-        combine([box, box], [here, jaxlie.SE3.from_translation(np.full(3, np.nan))])
+        combine_objects([box, box], [here, jaxlie.SE3.from_translation(np.full(3, np.nan))])
     with pytest.raises(ValueError, match="one has leading axes"):
-        combine([box], [jaxlie.SE3.identity((3,))])
+        combine_objects([box], [jaxlie.SE3.identity((3,))])
     with pytest.raises(ValueError, match=r"factor 0\.0 is not positive"):
-        scale(box, 0.0)
+        scale_object(box, 0.0)
     with pytest.raises(ValueError, match="mass nan kg is not positive"):
         re_mass(box, np.nan)

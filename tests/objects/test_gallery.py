@@ -8,8 +8,8 @@ from matplotlib.image import imread
 from mjx_inertia.objects import cuboid, load_catalogue
 from mjx_inertia.objects.__main__ import main
 from mjx_inertia.objects.gallery import gallery, portrait
-from mjx_inertia.objects.listing import summarize, table
-from mjx_inertia.objects.picture import View, draw
+from mjx_inertia.objects.listing import object_table, summarize_object
+from mjx_inertia.objects.picture import View, draw_meshes
 
 
 def test_what_is_nearer_hides_what_is_behind():
@@ -19,7 +19,7 @@ def test_what_is_nearer_hides_what_is_behind():
         wall.apply_translation([x, 0.0, 0.5])
     colors = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
     for azimuth, channel in ((0.0, 0), (180.0, 1)):
-        picture = draw(walls, colors, View(azimuth, 5.0, 64))
+        picture = draw_meshes(walls, colors, View(azimuth, 5.0, 64))
         column, row = picture.place(np.array([[0.5, 0.0, 0.5]]))[0].astype(int)
         assert np.argmax(picture.image[row, column]) == channel
         assert picture.image[row, column, channel] > 0.3
@@ -35,7 +35,7 @@ def test_a_picture_is_framed_and_white_around():
 
 
 def test_figures_of_a_cuboid():
-    figures = summarize(cuboid((0.3, 0.2, 0.1), 1.2))
+    figures = summarize_object(cuboid((0.3, 0.2, 0.1), 1.2))
     np.testing.assert_allclose(figures.size_mm, [300.0, 200.0, 100.0])
     np.testing.assert_allclose(figures.com_mm, [0.0, 0.0, 50.0], atol=1e-5)
     np.testing.assert_allclose(figures.moments, [0.013, 0.010, 0.005], rtol=1e-5)
@@ -46,7 +46,7 @@ def test_figures_of_a_cuboid():
 
 
 def test_table():
-    text = table(load_catalogue(["cube", "rock"]).values())
+    text = object_table(load_catalogue(["cube", "rock"]).values())
     head, _, cube, rock = text.splitlines()
     assert head.startswith("name  category") and "principal moments" in head
     assert cube.split()[:2] == ["cube", "Primitives"] and "2.500" in rock

@@ -9,7 +9,7 @@ from cube_pushes import cubes, push, straight
 from mjx_inertia.pushing.limit_surface import (
     ContactMode,
     contact_velocity,
-    ellipsoid,
+    ellipsoidal_limit_surface,
     frictional_load,
     load_to_twist,
     motion_cone,
@@ -53,7 +53,7 @@ def test_ellipsoid_is_a_fair_picture_of_uniform_pressure():
     rng = np.random.default_rng(1)
     twists = jnp.asarray(rng.normal(size=(200, 3)) * [1, 1, 10])
     loads = jax.vmap(lambda t: frictional_load(t, points, force, 0.3))(twists)
-    value = jax.vmap(lambda load: ellipsoid(load, 6.0, c))(loads)
+    value = jax.vmap(lambda load: ellipsoidal_limit_surface(load, 6.0, c))(loads)
     assert value.min() > 0.8 and value.max() < 1.25
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from mjx_inertia.pareto import is_non_dominated
 from mjx_inertia.search import ArchiveSettings, Evaluation
-from mjx_inertia.search.archive import add, empty_archive
+from mjx_inertia.search.archive import empty_archive, update_archive
 from mjx_inertia.search.weights import simplex_lattice
 
 WEIGHTS = simplex_lattice(3, 12)
@@ -21,7 +21,7 @@ def filled(decisions, found, settings):
     start = empty_archive(settings, decisions[0, 0], found.costs.shape[2])
 
     def one(archive, batch):
-        return add(archive, *batch, WEIGHTS, settings), archive.costs
+        return update_archive(archive, *batch, WEIGHTS, settings), archive.costs
 
     return jax.lax.scan(one, start, (decisions, found))
 

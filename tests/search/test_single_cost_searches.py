@@ -17,7 +17,7 @@ from mjx_inertia.search import (
     gradient_descent,
 )
 from mjx_inertia.search.box import into_box, out_of_box
-from mjx_inertia.search.gradient_descent import smooth_tchebycheff
+from mjx_inertia.search.gradient_search import smooth_tchebycheff
 
 KEY = jax.random.key(0)
 

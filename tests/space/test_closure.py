@@ -6,7 +6,7 @@ import numpy as np
 import planned
 import pytest
 
-from mjx_inertia.space import AS_PRINTED, close, gap
+from mjx_inertia.space import AS_PRINTED, close_chain, closure_error
 from mjx_inertia.space.closure import following_joints
 from mjx_inertia.space.manoeuvre import motion_at
 
@@ -41,7 +41,7 @@ def around(m, decisions):
 
     def one(decision):
         motion = motion_at(m, tau, decision)
-        return motion, jax.vmap(lambda q: gap(m.robot, m.capture, q)[0])(motion.q)
+        return motion, jax.vmap(lambda q: closure_error(m.robot, m.capture, q)[0])(motion.q)
 
     with jax.enable_x64(True):
         motion, apart = jax.tree.map(np.asarray, jax.jit(jax.vmap(one))(decisions))
@@ -102,9 +102,9 @@ def test_closing_moves_the_following_joints_only(m):
     near = np.tile(np.asarray(m.q_start), (50, 1)) + 0.05 * rng.normal(size=(50, 6))
 
     def one(q):
-        closed = close(m.robot, m.capture, q, m.following)
-        slope = jax.jacfwd(lambda q: close(m.robot, m.capture, q, m.following))(q)
-        return closed, slope, *gap(m.robot, m.capture, closed)
+        closed = close_chain(m.robot, m.capture, q, m.following)
+        slope = jax.jacfwd(lambda q: close_chain(m.robot, m.capture, q, m.following))(q)
+        return closed, slope, *closure_error(m.robot, m.capture, closed)
 
     closed, slope, apart, rows = (np.asarray(x) for x in jax.jit(jax.vmap(one))(near))
     assert np.max(np.abs(apart)) < 1e-12
@@ -118,7 +118,7 @@ def test_the_gap_has_the_jacobian_of_its_differences(m):
     """At closed hands, where its rotation is exact to first order."""
     q, step = np.asarray(m.q_start), 1e-6
     rows = np.concatenate([step * np.eye(6), -step * np.eye(6), np.zeros((1, 6))]) + q
-    apart, jacobian = jax.jit(jax.vmap(lambda q: gap(m.robot, m.capture, q)))(rows)
+    apart, jacobian = jax.jit(jax.vmap(lambda q: closure_error(m.robot, m.capture, q)))(rows)
     difference = np.asarray(apart[:6] - apart[6:12]).T / (2.0 * step)
     np.testing.assert_allclose(jacobian[-1], difference, rtol=0, atol=1e-9)
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from planned import consistent
 
-from mjx_inertia.space import grasp_map, hand_jacobians, hand_wrenches, share
-from mjx_inertia.space.dynamics import inverse_dynamics
+from mjx_inertia.space import distribute_wrench, dual_arm_grasp_map, hand_jacobians, hand_wrenches
+from mjx_inertia.space.dynamics import floating_base_inverse_dynamics
+from mjx_inertia.space.instant import node
 from mjx_inertia.space.load_sharing import shared_load_torques
 from mjx_inertia.space.manoeuvre import motion_at
-from mjx_inertia.space.node import node
 
 pytestmark = pytest.mark.long
 
@@ -33,10 +33,10 @@ def shared():
         squeezed = hand_wrenches(robot, capture, q, instant, squeeze)
         base = instant.base_twist, instant.base_acceleration
         torques = [shared_load_torques(robot, q, (qd, qdd), instant, w) for w in (hands, squeezed)]
-        alone = inverse_dynamics(robot, q, base, (qd, qdd))
+        alone = floating_base_inverse_dynamics(robot, q, base, (qd, qdd))
         jacobians = hand_jacobians(robot, q)
-        grasp = grasp_map(robot, capture, q)
-        load = share(grasp, grasp @ squeeze)
+        grasp = dual_arm_grasp_map(robot, capture, q)
+        load = distribute_wrench(grasp, grasp @ squeeze)
         return instant, (hands, squeezed), torques, alone, jacobians, (grasp, load)
 
     def at_times(coefficients):

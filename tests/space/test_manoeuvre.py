@@ -168,7 +168,7 @@ def test_a_decision_of_the_wrong_size(kind):
 
 
 def test_ends_in_which_the_arms_do_not_hold_the_object():
-    """`follow` would close the chain; the ends as they are given count."""
+    """`closed_chain_motion` would close the chain; the ends as they are given count."""
     m = planned.consistent()
     apart = np.array([0.0, 0.0, 0.0, 0.1, -0.15, 0.1])
     high = np.array(m.q_start)

@@ -13,13 +13,13 @@ from mjx_inertia.space import (
     OBJECTIVES,
     THESIS,
     WRENCH,
-    arriving,
     costs,
     course,
     planar_capture,
     planar_robot,
     problem,
     violation,
+    with_object_at_target,
 )
 from mjx_inertia.space.default_manoeuvres import TARGET
 from mjx_inertia.space.manoeuvre import RESOLVED
@@ -194,7 +194,7 @@ def test_an_end_that_arrives():
     assert np.any(np.asarray(found.violation) > 0.0)
 
     def after_more_rounds(c):
-        return course(arriving(m, c, rounds=40), c, total=False).hand_error
+        return course(with_object_at_target(m, c, rounds=40), c, total=False).hand_error
 
     longer = jax.jit(jax.vmap(after_more_rounds))
     assert np.max(np.abs(longer(jnp.asarray(decisions)))) < 1e-9

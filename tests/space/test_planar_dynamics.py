@@ -10,8 +10,8 @@ import pytest
 
 from mjx_inertia.space import (
     PlanarSettings,
+    dual_arm_grasp_map,
     generalized_jacobian,
-    grasp_map,
     hand_jacobians,
     inertias,
     node,
@@ -22,7 +22,7 @@ from mjx_inertia.space import (
     velocity_forces,
 )
 from mjx_inertia.space import planar_dynamics as closed
-from mjx_inertia.space.planar_robot import link_moments
+from mjx_inertia.space.planar_model import link_moments
 
 SETTINGS = PlanarSettings(link_inertia="physical", shoulder=(0.6, 0.9))
 ROBOT, CAPTURE = planar_robot(SETTINGS), planar_capture(SETTINGS)
@@ -43,7 +43,7 @@ def recursions(states):
     """Matrices and nodes of both models of momentum, in the base's axes."""
 
     def one(q, twist, qd, qdd):
-        found = {"hands": hand_jacobians(ROBOT, q), "grasp": grasp_map(ROBOT, CAPTURE, q)}
+        found = {"hands": hand_jacobians(ROBOT, q), "grasp": dual_arm_grasp_map(ROBOT, CAPTURE, q)}
         for name, held in MODELS.items():
             matrix = inertias(ROBOT, q, held)
             forces = velocity_forces(ROBOT, q, twist, qd, held)
@@ -90,7 +90,7 @@ def at_rest(name, q, qd):
     zero = np.zeros(COUNT)
     still = np.concatenate([np.zeros((COUNT, 3)), qd], 1)
     terms, _ = closed_form(name, zero, q, still)
-    J_a = closed.momentum_map(terms, np)
+    J_a = closed.planar_momentum_map(terms, np)
     twist = times(J_a, qd)
     terms, velocity = closed_form(name, zero, q, np.concatenate([twist, qd], 1))
     return terms, velocity, J_a, twist
@@ -126,7 +126,7 @@ def test_generalized_jacobian_and_reduced_dynamics(name, states, recursions):
     """Eqs 7.5, 7.7 and 7.8 with errata 22 and 23."""
     theta, q, rates, _ = states
     terms, velocity = closed_form(name, theta, q, rates)
-    reduced = closed.reduced_terms(terms, velocity, closed.momentum_map(terms, np), np)
+    reduced = closed.reduced_terms(terms, velocity, closed.planar_momentum_map(terms, np), np)
     T = np.kron(np.eye(2), np.ones((3, 3))) * np.tile(turned(theta, 3), (1, 2, 2))
     assert_near(T @ recursions[name]["J_g"], reduced.J_g)
     assert_near(recursions[name]["H_el"], reduced.H_el)
@@ -142,7 +142,7 @@ def test_hands(states, recursions):
     assert_near(both, terms.J)
     place = object_place(terms)
     assert_near(recursions["system"]["node"].object_place[:, :2], place)
-    assert_near(recursions["grasp"], closed.grasp_map(place, terms.hands, np))
+    assert_near(recursions["grasp"], closed.planar_grasp_map(place, terms.hands, np))
 
 
 def test_hands_move_as_their_jacobian_says(states):
@@ -187,7 +187,7 @@ def test_wrenches_on_the_object(name, states, recursions):
     reduced = closed.reduced_terms(terms, velocity, J_a, np)
     torque = times(reduced.H_el, qdd) + reduced.c_el
     hands = np.linalg.solve(transposed(reduced.J_g), torque[..., None])[..., 0]
-    total = times(closed.grasp_map(object_place(terms), terms.hands, np), hands)
+    total = times(closed.planar_grasp_map(object_place(terms), terms.hands, np), hands)
     # what moves the object: its generalised forces at the base are its wrench about the base
     H, c = closed.object_terms(SETTINGS, terms, np.concatenate([twist, qd], 1), np)
     own = (times(H, np.concatenate([found.base_acceleration, qdd], 1)) + c)[:, :3]
@@ -206,8 +206,8 @@ def test_backends_agree(states):
 
     def everything(theta, q, rates, xp):
         terms, velocity = closed_form("system", theta, q, rates, xp)
-        reduced = closed.reduced_terms(terms, velocity, closed.momentum_map(terms, xp), xp)
-        G = closed.grasp_map(object_place(terms, xp), terms.hands, xp)
+        reduced = closed.reduced_terms(terms, velocity, closed.planar_momentum_map(terms, xp), xp)
+        G = closed.planar_grasp_map(object_place(terms, xp), terms.hands, xp)
         return terms, velocity, reduced, G
 
     ours = jax.jit(lambda *state: everything(*state, jnp))(theta, q, rates)

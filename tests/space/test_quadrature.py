@@ -7,18 +7,25 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.space.quadrature import attitude, attitudes, between, gauss, integral, unresolved
+from mjx_inertia.space.quadrature import (
+    attitude,
+    attitudes,
+    gauss_legendre,
+    integrate,
+    interpolation_matrix,
+    unresolved,
+)
 
 FINE = np.linspace(0.0, 1.0, 20001)
 
 
 @pytest.mark.parametrize("count", [8, 24, 32])
 def test_integrals_are_exact_for_polynomials(count):
-    rule = gauss(count)
+    rule = gauss_legendre(count)
     assert abs(rule.weights.sum() - 1.0) < 1e-14
     degrees = np.arange(2 * count)
     signal = jnp.asarray(rule.nodes[:, None] ** degrees)
-    found = integral(signal, rule, 7.0)
+    found = integrate(signal, rule, 7.0)
     np.testing.assert_allclose(found, 7.0 / (degrees + 1.0), rtol=1e-12)
     # the next degree is the first that it misses
     missed = 1.0 / (2 * count + 1.0) - rule.weights @ rule.nodes ** (2 * count)
@@ -29,9 +36,9 @@ def test_values_between_the_nodes_are_exact_for_polynomials():
     rng = np.random.default_rng(0)
     at = (*rng.uniform(0.0, 1.0, 50).tolist(), 0.0, 1.0)
     factors = rng.normal(size=(16, 3))
-    matrix = between(16, at)
+    matrix = interpolation_matrix(16, at)
     wanted = np.polynomial.legendre.legval(2.0 * np.array(at) - 1.0, factors).T
-    samples = np.polynomial.legendre.legval(2.0 * gauss(16).nodes - 1.0, factors).T
+    samples = np.polynomial.legendre.legval(2.0 * gauss_legendre(16).nodes - 1.0, factors).T
     np.testing.assert_allclose(matrix @ samples, wanted, rtol=0, atol=1e-12)
     np.testing.assert_allclose(matrix.sum(1), 1.0, rtol=0, atol=1e-12)
 
@@ -49,8 +56,8 @@ SIGNALS = {
 @pytest.mark.parametrize("count", [16, 32])
 def test_unresolved_bounds_the_error_of_a_norm(name, count):
     """Of the norm that costs take, for smooth signals and for rough ones."""
-    rule, signal = gauss(count), SIGNALS[name]
-    found = jnp.sqrt(integral(jnp.asarray(signal(rule.nodes)) ** 2, rule, 1.0))
+    rule, signal = gauss_legendre(count), SIGNALS[name]
+    found = jnp.sqrt(integrate(jnp.asarray(signal(rule.nodes)) ** 2, rule, 1.0))
     true = np.sqrt(np.trapezoid(signal(FINE) ** 2, FINE))
     bound = float(unresolved(jnp.asarray(signal(rule.nodes))[:, None], rule))
     assert abs(float(found) / true - 1.0) < bound + 1e-8
@@ -59,15 +66,15 @@ def test_unresolved_bounds_the_error_of_a_norm(name, count):
 @pytest.mark.parametrize("name", SIGNALS)
 def test_unresolved_tells_smooth_from_rough(name):
     """The error in between is at most a few times what it says."""
-    rule, signal = gauss(32), SIGNALS[name]
-    values = between(32, tuple(FINE[::10].tolist())) @ signal(rule.nodes)
+    rule, signal = gauss_legendre(32), SIGNALS[name]
+    values = interpolation_matrix(32, tuple(FINE[::10].tolist())) @ signal(rule.nodes)
     error = np.sqrt(np.mean((values - signal(FINE[::10])) ** 2) / np.mean(signal(FINE) ** 2))
     bound = float(unresolved(jnp.asarray(signal(rule.nodes))[:, None], rule))
     assert error < 5.0 * bound + 1e-12, (error, bound)
 
 
 def test_a_signal_of_nothing_is_resolved():
-    assert float(unresolved(jnp.zeros((16, 2)), gauss(16))) == 0.0
+    assert float(unresolved(jnp.zeros((16, 2)), gauss_legendre(16))) == 0.0
 
 
 def coning(a, b, t):
@@ -79,7 +86,7 @@ def coning(a, b, t):
 
 
 def attitude_error(a, b, count=64):
-    nodes = gauss(count).nodes
+    nodes = gauss_legendre(count).nodes
     omega, final = coning(a, b, np.append(nodes, 1.0))
     with jax.enable_x64(True):
         found = np.asarray(attitude(jnp.asarray(omega[:-1] / 4.0), 4.0))
@@ -112,7 +119,7 @@ def test_attitude_against_scipy_and_at_any_times():
     reference = solve_ivp(
         slope, (0.0, duration), np.eye(3).ravel(), "DOP853", at * duration, rtol=1e-13, atol=1e-13
     )
-    omega = jnp.asarray(wandering(gauss(48).nodes * duration))
+    omega = jnp.asarray(wandering(gauss_legendre(48).nodes * duration))
     found = np.asarray(attitudes(omega, duration, at))
     np.testing.assert_allclose(found, reference.y.T.reshape(-1, 3, 3), rtol=0, atol=1e-9)
     alone = np.asarray(attitudes(omega, duration, at[2:3]))
@@ -123,7 +130,7 @@ def test_attitude_against_scipy_and_at_any_times():
 
 
 def test_attitude_has_the_derivative_of_its_differences():
-    omega = jnp.asarray(wandering(gauss(16).nodes))
+    omega = jnp.asarray(wandering(gauss_legendre(16).nodes))
     slope = jax.jit(jax.jacfwd(lambda k: attitude(k * omega, 2.0)))(1.0)
     ahead, behind = (np.asarray(attitude((1.0 + h) * omega, 2.0)) for h in (1e-5, -1e-5))
     np.testing.assert_allclose(slope, (ahead - behind) / 2e-5, rtol=0, atol=1e-8)

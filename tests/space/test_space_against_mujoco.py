@@ -13,10 +13,10 @@ from foreign_robot import FOREIGN, foreign_capture, foreign_robot
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.space import (
-    forward_dynamics,
+    floating_base_forward_dynamics,
+    floating_base_inverse_dynamics,
     generalized_jacobian,
     inertias,
-    inverse_dynamics,
     momentum_map,
     planar_capture,
     planar_robot,
@@ -57,8 +57,8 @@ def ours(name):
 
     def one(q, twist, qd, torque):
         matrix = inertias(robot, q, held)
-        gain = forward_dynamics(robot, q, twist, qd, torque, held)
-        back = inverse_dynamics(robot, q, (twist, gain[0]), (qd, gain[1]), held)
+        gain = floating_base_forward_dynamics(robot, q, twist, qd, torque, held)
+        back = floating_base_inverse_dynamics(robot, q, (twist, gain[0]), (qd, gain[1]), held)
         whole = jnp.block([[matrix.base, matrix.coupling], [matrix.coupling.T, matrix.joints]])
         force = velocity_forces(robot, q, twist, qd, held)
         jacobian = generalized_jacobian(robot, q, held), momentum_map(matrix)
@@ -73,7 +73,7 @@ def ours(name):
 def accelerations(name):
     """A function of `COUNT` states."""
     robot, held, _ = case(name)
-    run = jax.jit(jax.vmap(lambda *state: forward_dynamics(robot, *state, held)))
+    run = jax.jit(jax.vmap(lambda *state: floating_base_forward_dynamics(robot, *state, held)))
     return lambda *states: np.concatenate(run(*states), 1)
 
 

@@ -10,7 +10,7 @@ from mjx_inertia.spatial import (
     InertialParameters,
     change_frame,
     check_consistency,
-    explain,
+    explain_consistency,
     thicken,
     to_pseudo_inertia,
 )
@@ -47,7 +47,7 @@ def test_each_reason_is_found_and_told(case):
     make, status, words = CASES[case]
     params = make()
     assert check_consistency(params) == status
-    assert words in explain(params)
+    assert words in explain_consistency(params)
 
 
 @pytest.mark.parametrize("x64", [True, False])
@@ -57,7 +57,7 @@ def test_a_batch_keeps_its_bad_bodies_apart(x64):
         statuses = batched(check_consistency)(bodies)
         assert statuses.tolist() == [int(status) for _, status, _ in CASES.values()]
         with pytest.raises(ValueError, match="one body"):
-            explain(bodies)
+            explain_consistency(bodies)
 
 
 @pytest.mark.parametrize("x64", [True, False])
@@ -112,7 +112,7 @@ def test_tolerance_admits_rounded_files():
     rounded = body((0.333, 0.333, 0.667))
     assert check_consistency(rounded) == Consistency.TRIANGLE_INEQUALITY
     assert check_consistency(rounded, 2e-3) == Consistency.ON_BOUNDARY
-    assert "within 0.002" in explain(rounded, 2e-3)
+    assert "within 0.002" in explain_consistency(rounded, 2e-3)
 
 
 def test_thickening_is_alike_in_all_frames_and_makes_bodies_consistent():

@@ -1,17 +1,17 @@
-"""Identification through the simulator: gradients, search, and what a push can tell."""
+"""Identification through the simulator: gradients, search, and identifiability."""
 
 from mjx_inertia.estimators.sysid.batch import equations_at
+from mjx_inertia.estimators.sysid.batched_search import Search, search
 from mjx_inertia.estimators.sysid.estimator import FittedSysid, Identified, identify, sysid
-from mjx_inertia.estimators.sysid.fit import Fit, fit
-from mjx_inertia.estimators.sysid.identifiability import (
+from mjx_inertia.estimators.sysid.fisher_identifiability import (
     Identifiability,
-    explain,
+    explain_identifiability,
     identifiability,
 )
 from mjx_inertia.estimators.sysid.normal_equations import NormalEquations, information, with_belief
 from mjx_inertia.estimators.sysid.observation import Observation, observe, observed
-from mjx_inertia.estimators.sysid.search import Search, search
 from mjx_inertia.estimators.sysid.settings import Belief, Beliefs, SysidSettings
+from mjx_inertia.estimators.sysid.two_stage_fit import Fit, fit
 from mjx_inertia.estimators.sysid.unknowns import (
     from_planar_values,
     planar_values,
@@ -33,7 +33,7 @@ __all__ = [
     "Search",
     "SysidSettings",
     "equations_at",
-    "explain",
+    "explain_identifiability",
     "fit",
     "from_planar_values",
     "identifiability",

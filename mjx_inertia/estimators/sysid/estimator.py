@@ -1,7 +1,8 @@
 """`sysid`: the parameters whose simulation gives the measured signals.
 
-In: the signals of pushes and what was known before them (`Examples.records`, `setup`, `shapes`),
-the outline of the object among it, which the learned estimators are not told. Out: `Estimate`.
+In: the signals of pushes (`Examples.records`) and what was known before them (`setup`, `shapes`).
+The latter includes the outline of the object, which the learned estimators do not get. Out:
+`Estimate`.
 """
 
 import dataclasses
@@ -16,14 +17,14 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from tqdm import tqdm
 
-from mjx_inertia.estimators.boosted import BoostedSettings, FittedBoosted, boosted
+from mjx_inertia.estimators.boosted_trees import BoostedSettings, FittedBoosted, boosted
 from mjx_inertia.estimators.estimate import Estimate, EstimateStatus, Estimator, KeyArray
-from mjx_inertia.estimators.sysid.fit import Fit, fit
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED
 from mjx_inertia.estimators.sysid.observation import observed
 from mjx_inertia.estimators.sysid.settings import SysidSettings
+from mjx_inertia.estimators.sysid.two_stage_fit import Fit, fit
 from mjx_inertia.estimators.sysid.unknowns import bounds, from_planar_values, planar_values
-from mjx_inertia.features import Examples, take
+from mjx_inertia.features import Examples, take_examples
 from mjx_inertia.objects import ObjectModel, prism
 from mjx_inertia.pushing import PushSetup, PushStatus, build_scene
 
@@ -33,7 +34,7 @@ _AT_BOUND = 0.05  # closer to a bound than this, in standard deviations of the b
 
 @struct.dataclass
 class FittedSysid:
-    """Trees that give the search its start; None if it starts at the belief.
+    """The estimator of the start of the search; None if the search starts at the prior mean.
 
     Attributes:
       start: fitted `boosted`.
@@ -150,7 +151,7 @@ def identify(
             rows = np.flatnonzero(shape == number)
             obj = examples.shapes[int(number)]
             mine = _with_uniform_density(settings, obj) if settings.uniform_density else settings
-            part = _double(take(examples, rows))
+            part = _double(take_examples(examples, rows))
             assert part.setup is not None and part.records is not None
             centroid = np.asarray(obj.center[:2], float)
             start = _starts(fitted, part, mine, np.tile(centroid, (len(rows), 1)))

@@ -1,8 +1,9 @@
 """Levenberg and Marquardt's method (optimistix), one step at a time, on normal equations.
 
-The simulation with its sensitivities is the dear part and is done by the caller, for the problems
-of a batch that are still under way; the steps here are small. In: `NormalEquations` at the point
-asked for. Out: `Progress` with the next point to evaluate. Written for one problem.
+The caller simulates with sensitivities, which takes nearly all of the time, and only for those
+problems of a batch that have not converged. The steps here are cheap. In: `NormalEquations` at the
+point asked for. Out: `LevenbergMarquardtState` with the next point to evaluate. Written for one
+problem.
 """
 
 import equinox as eqx
@@ -25,7 +26,7 @@ _SOLVER = optx.LevenbergMarquardt(rtol=_ACCURACY, atol=_ACCURACY)
 
 
 @struct.dataclass
-class Progress:
+class LevenbergMarquardtState:
     """A search under way.
 
     Attributes:
@@ -33,8 +34,9 @@ class Progress:
       z: best point so far.
       cost: there; infinite before the first step.
       hessian: Gauss-Newton Hessian there.
-      decrement: what a Newton step from the best point would gain by the linear model there.
-      done: nothing that matters is left to gain.
+      decrement: decrease of the cost that the linear model at the best point predicts for a Newton
+        step.
+      done: the search has converged.
       state: arrays of the solver.
     """
 
@@ -69,11 +71,11 @@ def _initial(z: Float[Array, " p"], equations: NormalEquations) -> PyTree:
     return _SOLVER.init(_function, z, equations, {}, shape, None, frozenset())
 
 
-def begin(z: Float[Array, " p"]) -> Progress:
+def levenberg_marquardt_start(z: Float[Array, " p"]) -> LevenbergMarquardtState:
     """A search that has not evaluated anything yet."""
     p = z.shape[0]
     nothing = NormalEquations(jnp.zeros((), z.dtype), jnp.zeros_like(z), jnp.eye(p, dtype=z.dtype))
-    return Progress(
+    return LevenbergMarquardtState(
         ask=z,
         z=z,
         cost=jnp.full((), jnp.inf, z.dtype),
@@ -84,8 +86,10 @@ def begin(z: Float[Array, " p"]) -> Progress:
     )
 
 
-def step(progress: Progress, equations: NormalEquations) -> Progress:
-    """One evaluation further: takes the point asked for if it is better, and asks for the next.
+def levenberg_marquardt_step(
+    progress: LevenbergMarquardtState, equations: NormalEquations
+) -> LevenbergMarquardtState:
+    """One iteration: accepts the point asked for if its cost is lower, and asks for the next.
 
     Args:
       progress: of the search.
@@ -100,7 +104,7 @@ def step(progress: Progress, equations: NormalEquations) -> Progress:
     newton = jnp.linalg.solve(equations.hessian, equations.gradient)
     decrement = jnp.where(equations.cost < DIVERGED, 0.5 * equations.gradient @ newton, jnp.inf)
     at_minimum = better & (decrement < _DECREMENT)
-    return Progress(
+    return LevenbergMarquardtState(
         ask=state.y_eval,
         z=z,
         cost=jnp.where(better, equations.cost, progress.cost),
@@ -111,10 +115,10 @@ def step(progress: Progress, equations: NormalEquations) -> Progress:
     )
 
 
-def is_minimum(stalled: Progress) -> Bool[AnyArray, "*n"]:
-    """Whether searches that have stalled stand at a minimum where the derivative jumps.
+def is_minimum(stalled: LevenbergMarquardtState) -> Bool[AnyArray, "*n"]:
+    """Whether stalled searches are at a minimum where the derivative is discontinuous.
 
-    There the linear model of the best point still promises a gain, but a small one. Where it
-    promises more, the search stands at a kink on the way to a lower cost.
+    At such a minimum the linear model of the best point predicts a small decrease of the cost. If
+    it predicts a large one, the search is at a kink and a lower cost lies beyond it.
     """
     return stalled.decrement < _DECREMENT_AT_KINK

@@ -1,4 +1,4 @@
-"""Which push to make next: what each candidate would tell, and the one that helps most.
+"""Which push to make next: expected information of each candidate, and the best candidate.
 
 Fisher information of pushes of one object adds up, because all unknowns are shared by its pushes:
 body, table, and the contact with one and the same tip. In: the limits of a pusher, a belief (mean
@@ -260,8 +260,8 @@ def expected_information(
 ) -> Float[np.ndarray, "n p p"]:
     """Fisher information of the data of pushes that have not been made, if the unknowns were `z`.
 
-    A push that loses contact or does not move the object, and so would not be used, tells nothing.
-    Arguments as in `predicted`; `z` is taken into the bounds.
+    The information is zero for a push that loses contact or does not move the object, since such a
+    push is not used. Arguments as in `predicted`; `z` is clipped to the bounds.
     """
     with jax.enable_x64(True):
         inside = np.clip(np.asarray(z, float), *(np.asarray(b) for b in bounds(settings)))
@@ -295,8 +295,8 @@ def uncertainty(
 ) -> Float[np.ndarray, "*n"]:
     """Size of the targets' covariance S I⁻¹ Sᵀ: its trace (A) or log-determinant (D).
 
-    The other unknowns are nuisances: what they blur is counted, they themselves are not
-    (Pukelsheim 2006, Optimal Design of Experiments, ch. 3 and 6).
+    The other unknowns are nuisance parameters: they are marginalised, and their own variance does
+    not count (Pukelsheim 2006, Optimal Design of Experiments, ch. 3 and 6).
     """
     if criterion not in ("A", "D"):
         raise ValueError(f"criterion={criterion!r}: choose 'A' or 'D'")

@@ -16,7 +16,7 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia.estimators.sysid.observation import Observation, sample_residual
 from mjx_inertia.estimators.sysid.settings import SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import Instrument, beyond_bounds, to_parameters
+from mjx_inertia.estimators.sysid.unknowns import SensorErrors, beyond_bounds, to_parameters
 from mjx_inertia.pushing import PushParameters, PushSetup, Scene
 from mjx_inertia.pushing.rollout import State, initial_state, rollout
 from mjx_inertia.spatial import AnyArray
@@ -78,7 +78,7 @@ def information(
         k: Int[Array, ""],
     ) -> tuple[State, Float[Array, " w"]]:
         parameters: PushParameters
-        instrument: Instrument
+        instrument: SensorErrors
         parameters, instrument = to_parameters(z, setup, centroid, settings)
         state, sample = rollout(scene, parameters, setup.motion, state, k, 1)
         sample = jax.tree.map(lambda x: x[0], sample)
@@ -118,7 +118,7 @@ def information(
 
 
 def wall_hessian(z: Float[AnyArray, " p"], settings: SysidSettings) -> Float[Array, "p p"]:
-    """Gauss-Newton Hessian of the walls at the bounds: no information, though it adds to a cost."""
+    """Gauss-Newton Hessian of the walls at the bounds, which is not information of the data."""
     _, slope = jax.jvp(lambda z: beyond_bounds(z, settings), (z,), (jnp.ones_like(z),))
     return jnp.diag(slope * slope)
 
@@ -128,7 +128,8 @@ def with_belief(
 ) -> NormalEquations:
     """Adds the prior (each coordinate is standard normal) and the walls at the bounds.
 
-    Sums that are not finite, of a simulation that diverged, become a cost that no step accepts.
+    Where the simulation diverged, the sums are not finite. The cost is then so large that no step
+    accepts it.
     """
     wall, slope = jax.jvp(lambda z: beyond_bounds(z, settings), (z,), (jnp.ones_like(z),))
     sane = jnp.isfinite(data.cost) & jnp.all(jnp.isfinite(data.hessian))

@@ -15,7 +15,7 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia.dataset import SensorNoise
 from mjx_inertia.estimators.sysid.settings import CHANNELS, SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import Instrument
+from mjx_inertia.estimators.sysid.unknowns import SensorErrors
 from mjx_inertia.pushing import PushRecord, PushStatus
 from mjx_inertia.pushing.rollout import Sample
 from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
@@ -144,7 +144,7 @@ def sample_residual(
     o: Observation,
     k: Int[AnyArray, ""],
     simulated: Sample,
-    instrument: Instrument,
+    instrument: SensorErrors,
 ) -> Float[Array, "9"]:
     """Measured minus simulated signals of sample `k`, in standard deviations.
 

@@ -29,7 +29,7 @@ class Belief:
 
 @dataclass(frozen=True)
 class Beliefs:
-    """One belief for each unknown that there is; wide, so that they decide only what data do not.
+    """A prior for each unknown; wide, so that it matters only where the data are weak.
 
     Lengths of the object count from the centre of its outline in units of its half extents, I_zz in
     units of that of a uniform plate of its bounding box and mass.
@@ -86,10 +86,10 @@ class SysidSettings:
       coarse: seconds of the push that the first fit sees.
       iterations: of Levenberg and Marquardt's method, at most, in each of the two fits.
       block: pushes fitted at once on each device.
-      misfit: mean squared residual, in standard deviations of the noise, from which on (and five
-        standard deviations of chance) a fit counts as stuck elsewhere than at the truth.
+      misfit: limit of the mean squared residual, in standard deviations of the noise. A fit beyond
+        it by more than five standard deviations of chance counts as stuck in a local minimum.
       progress: show a bar with the running cost.
-      identifiable: largest relative standard deviation of mass that counts as an answer.
+      identifiable: largest relative standard deviation of mass with which an estimate is reported.
     """
 
     estimated: tuple[str, ...] = ESTIMATED
@@ -109,7 +109,7 @@ class SysidSettings:
     identifiable: float = 0.3
 
     def __post_init__(self) -> None:
-        """Raises ValueError for unknowns or channels that there are none of."""
+        """Raises ValueError for names that are no unknown or no channel."""
         if self.block < 1 or self.iterations < 1:
             raise ValueError(f"sysid.block={self.block}, iterations={self.iterations}: at least 1")
         known = tuple(Beliefs.__dataclass_fields__)

@@ -3,7 +3,7 @@
 A coordinate counts in standard deviations of its belief, of the logarithm where a value is
 positive, so that every point of the search is a physical body (mass and I_zz positive, I_zz / m and
 the CoM free of each other: the planar log-Cholesky form). In: coordinates. Out: `PushParameters`
-and the `Instrument`.
+and the `SensorErrors`.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ _WALL = 0.02  # width of the wall at a bound, in the unit of the coordinate
 
 
 @struct.dataclass
-class Instrument:
+class SensorErrors:
     """What the sensors add: mass of the probe (kg), force bias (N), delay of the force (s)."""
 
     probe_mass: Float[AnyArray, ""]
@@ -92,7 +92,7 @@ def to_parameters(
     setup: PushSetup,
     centroid: Float[AnyArray, "2"],
     settings: SysidSettings,
-) -> tuple[PushParameters, Instrument]:
+) -> tuple[PushParameters, SensorErrors]:
     """What to simulate at a point of the search.
 
     Args:
@@ -119,7 +119,7 @@ def to_parameters(
         tip_time_constant=v["tip_time_constant"],
         polygons=setup.polygons,
     )
-    instrument = Instrument(
+    instrument = SensorErrors(
         probe_mass=v["probe_mass"],
         force_bias=jnp.stack([v["force_bias_x"], v["force_bias_y"]]),
         force_delay=v["force_delay"],
@@ -175,7 +175,7 @@ def from_planar_values(
     return jnp.where(jnp.isfinite(mean).all(), jnp.stack(list(at.values())), z)
 
 
-def draw(
+def random_restart(
     key: jax.Array, around: Float[AnyArray, " p"], settings: SysidSettings
 ) -> Float[Array, " p"]:
     """Another start near a given one, within the bounds."""

@@ -8,7 +8,7 @@ from manifold3d import Manifold
 
 from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import BLACK, PLUSH, PVC, RED, VINYL, WHITE
-from mjx_inertia.objects.catalogue.shaping import block, ellipsoid, lathe, limb
+from mjx_inertia.objects.catalogue.shaping import block, ellipsoid_manifold, lathe, limb
 from mjx_inertia.objects.part import Part
 
 
@@ -25,12 +25,12 @@ def duck(
     scale = length / 0.1125
     thin = wall / scale
     feathers = _duck_body(0.0) - _duck_body(thin).trim_by_plane((0.0, 0.0, 1.0), thin)
-    beak = ellipsoid((0.046, 0.0, 0.062), (0.016, 0.013, 0.0035), 24)
-    beak += ellipsoid((0.043, 0.0, 0.0575), (0.012, 0.0105, 0.003), 24)
+    beak = ellipsoid_manifold((0.046, 0.0, 0.062), (0.016, 0.013, 0.0035), 24)
+    beak += ellipsoid_manifold((0.043, 0.0, 0.0575), (0.012, 0.0105, 0.003), 24)
     whites, pupils = Manifold(), Manifold()
     for side in (-1.0, 1.0):
-        whites += ellipsoid((0.0335, side * 0.0125, 0.0705), (0.0055, 0.0055, 0.0065), 20)
-        pupils += ellipsoid((0.0372, side * 0.0148, 0.071), (0.0028, 0.0028, 0.0036), 16)
+        whites += ellipsoid_manifold((0.0335, side * 0.0125, 0.0705), (0.0055, 0.0055, 0.0065), 20)
+        pupils += ellipsoid_manifold((0.0372, side * 0.0148, 0.071), (0.0028, 0.0028, 0.0036), 16)
     shallow, deep = _duck_body(0.3 * thin), _duck_body(0.6 * thin)  # how far eyes and beak go in
     return assemble(
         Piece(pupils - shallow, density, BLACK),
@@ -43,14 +43,18 @@ def duck(
 
 def _duck_body(inset: float) -> Manifold:
     """Body, head, tail and wings, each shrunk by `inset`, m; cut flat at z = 0."""
-    body = ellipsoid((0.0, 0.0, 0.022), (0.042 - inset, 0.033 - inset, 0.027 - inset))
-    head = ellipsoid((0.022, 0.0, 0.065), (0.0225 - inset, 0.021 - inset, 0.021 - inset))
+    body = ellipsoid_manifold((0.0, 0.0, 0.022), (0.042 - inset, 0.033 - inset, 0.027 - inset))
+    head = ellipsoid_manifold((0.022, 0.0, 0.065), (0.0225 - inset, 0.021 - inset, 0.021 - inset))
     neck = limb([(0.014, 0.0, 0.035), (0.02, 0.0, 0.055)], [0.021 - inset, 0.017 - inset], 32)
     tail = limb([(-0.024, 0.0, 0.03), (-0.046, 0.0, 0.047)], [0.018 - inset, 0.0045 - inset])
     wings = Manifold()
     for side in (-1.0, 1.0):
-        wing = ellipsoid((0.0, 0.0, 0.0), (0.024 - inset, 0.007 - inset, 0.013 - inset), 24)
-        wing += ellipsoid((-0.016, 0.0, 0.005), (0.014 - inset, 0.005 - inset, 0.008 - inset), 24)
+        wing = ellipsoid_manifold(
+            (0.0, 0.0, 0.0), (0.024 - inset, 0.007 - inset, 0.013 - inset), 24
+        )
+        wing += ellipsoid_manifold(
+            (-0.016, 0.0, 0.005), (0.014 - inset, 0.005 - inset, 0.008 - inset), 24
+        )
         wings += wing.rotate((0.0, 8.0, 0.0)).translate((-0.008, side * 0.0305, 0.03))
     return (body + head + neck + tail + wings).trim_by_plane((0.0, 0.0, 1.0), 0.0)
 
@@ -68,7 +72,7 @@ def dog(length: float = 0.13, density: float = PVC.density) -> tuple[Part, ...]:
         28,
     )
     coat += limb([(0.03, 0.0, 0.06), (0.043, 0.0, 0.086)], [0.014, 0.0115], 24)
-    coat += ellipsoid((0.05, 0.0, 0.094), (0.0175, 0.0155, 0.0155))
+    coat += ellipsoid_manifold((0.05, 0.0, 0.094), (0.0175, 0.0155, 0.0155))
     coat += limb(
         [(-0.044, 0.0, 0.06), (-0.058, 0.0, 0.074), (-0.062, 0.0, 0.09)], [0.005, 0.0045, 0.003]
     )
@@ -77,20 +81,20 @@ def dog(length: float = 0.13, density: float = PVC.density) -> tuple[Part, ...]:
         coat += limb(
             [(0.028, y, 0.048), (0.028, y, 0.024), (0.027, y, 0.004)], [0.0095, 0.006, 0.0055]
         )
-        coat += ellipsoid((0.031, y, 0.004), (0.0085, 0.006, 0.005), 20)
+        coat += ellipsoid_manifold((0.031, y, 0.004), (0.0085, 0.006, 0.005), 20)
         coat += limb(
             [(-0.038, y, 0.048), (-0.034, y, 0.03), (-0.042, y, 0.018), (-0.04, y, 0.004)],
             [0.0125, 0.0085, 0.0055, 0.0055],
         )
-        coat += ellipsoid((-0.037, y, 0.004), (0.0085, 0.006, 0.005), 20)
+        coat += ellipsoid_manifold((-0.037, y, 0.004), (0.0085, 0.006, 0.005), 20)
     coat = coat.trim_by_plane((0.0, 0.0, 1.0), 0.0)
     muzzle = limb([(0.058, 0.0, 0.089), (0.0725, 0.0, 0.0865)], [0.0095, 0.0075], 24)
-    dark = ellipsoid((0.0795, 0.0, 0.0895), (0.0035, 0.0042, 0.0032), 16)
+    dark = ellipsoid_manifold((0.0795, 0.0, 0.0895), (0.0035, 0.0042, 0.0032), 16)
     ears = Manifold()
     for side in (-1.0, 1.0):
         ear = limb([(0.0, 0.0, 0.0), (0.001, 0.0, -0.014)], [0.0065, 0.0085]).scale((1.0, 0.4, 1.0))
         ears += ear.rotate((side * 14.0, -6.0, 0.0)).translate((0.044, side * 0.0155, 0.102))
-        dark += ellipsoid((0.0632, side * 0.0078, 0.0995), (0.0022, 0.0022, 0.0026), 12)
+        dark += ellipsoid_manifold((0.0632, side * 0.0078, 0.0995), (0.0022, 0.0022, 0.0026), 12)
     band = lathe([(0.0, -0.003), (0.0145, -0.003), (0.0145, 0.003), (0.0, 0.003)], 32)
     band = band.rotate((0.0, 26.0, 0.0)).translate((0.038, 0.0, 0.0765))
     return assemble(
@@ -110,8 +114,8 @@ def elephant(length: float = 0.15, density: float = PVC.density) -> tuple[Part, 
       length: from trunk to tail, m; the figure scales with it.
       density: kg/m³.
     """
-    hide = ellipsoid((-0.008, 0.0, 0.062), (0.047, 0.034, 0.034), 32)
-    hide += ellipsoid((0.04, 0.0, 0.078), (0.024, 0.022, 0.025))
+    hide = ellipsoid_manifold((-0.008, 0.0, 0.062), (0.047, 0.034, 0.034), 32)
+    hide += ellipsoid_manifold((0.04, 0.0, 0.078), (0.024, 0.022, 0.025))
     way = [(0.056, 0.0, 0.074), (0.068, 0.0, 0.056), (0.078, 0.0, 0.046), (0.091, 0.0, 0.046)]
     hide += limb(
         [*way, (0.099, 0.0, 0.056), (0.099, 0.0, 0.067)],
@@ -127,16 +131,16 @@ def elephant(length: float = 0.15, density: float = PVC.density) -> tuple[Part, 
             hide += limb([(x, y, 0.05), (x, y, 0.0)], [0.0155, 0.0125], 24)
             for angle in np.radians([-50.0, 0.0, 50.0]):
                 spot = (x + 0.0115 * np.cos(angle), y + 0.0115 * np.sin(angle), 0.0012)
-                nails += ellipsoid(spot, (0.0028, 0.0035, 0.0045), 12)
+                nails += ellipsoid_manifold(spot, (0.0028, 0.0035, 0.0045), 12)
         tusk = [
             (0.056, side * 0.0105, 0.067),
             (0.071, side * 0.0135, 0.059),
             (0.082, side * 0.0135, 0.063),
         ]
         tusks += limb(tusk, [0.0036, 0.003, 0.0012], 16)
-        eyes += ellipsoid((0.0585, side * 0.0125, 0.086), (0.0026, 0.0026, 0.0028), 12)
-        ear = ellipsoid((0.0, 0.0, 0.0), (0.0185, 0.0034, 0.0235), 32)
-        ear += ellipsoid((-0.004, 0.0, -0.012), (0.013, 0.0032, 0.016), 28)
+        eyes += ellipsoid_manifold((0.0585, side * 0.0125, 0.086), (0.0026, 0.0026, 0.0028), 12)
+        ear = ellipsoid_manifold((0.0, 0.0, 0.0), (0.0185, 0.0034, 0.0235), 32)
+        ear += ellipsoid_manifold((-0.004, 0.0, -0.012), (0.013, 0.0032, 0.016), 28)
         ears += ear.rotate((0.0, 0.0, side * -38.0)).translate((0.027, side * 0.0285, 0.082))
     floor = (0.0, 0.0, 1.0)
     return assemble(
@@ -156,21 +160,23 @@ def teddy_bear(height: float = 0.25, density: float = PLUSH.density) -> tuple[Pa
       height: m; the figure scales with it.
       density: kg/m³.
     """
-    fur = ellipsoid((0.0, 0.0, 0.075), (0.06, 0.066, 0.078), 32)
-    fur += ellipsoid((0.012, 0.0, 0.182), (0.056, 0.062, 0.054), 32)
+    fur = ellipsoid_manifold((0.0, 0.0, 0.075), (0.06, 0.066, 0.078), 32)
+    fur += ellipsoid_manifold((0.012, 0.0, 0.182), (0.056, 0.062, 0.054), 32)
     pads, eyes = Manifold(), Manifold()
     for side in (-1.0, 1.0):
         fur += limb([(0.02, side * 0.035, 0.031), (0.09, side * 0.07, 0.031)], [0.032, 0.03], 28)
         fur += limb([(0.0, side * 0.05, 0.122), (0.042, side * 0.092, 0.078)], [0.026, 0.024], 28)
-        fur += ellipsoid((0.0, side * 0.048, 0.228), (0.014, 0.024, 0.024), 28)
-        pads += ellipsoid((0.011, side * 0.049, 0.229), (0.0065, 0.0145, 0.0145), 24)
-        sole = ellipsoid((0.0, 0.0, 0.0), (0.006, 0.019, 0.021), 24).rotate((0.0, 0.0, side * 27.0))
+        fur += ellipsoid_manifold((0.0, side * 0.048, 0.228), (0.014, 0.024, 0.024), 28)
+        pads += ellipsoid_manifold((0.011, side * 0.049, 0.229), (0.0065, 0.0145, 0.0145), 24)
+        sole = ellipsoid_manifold((0.0, 0.0, 0.0), (0.006, 0.019, 0.021), 24).rotate(
+            (0.0, 0.0, side * 27.0)
+        )
         pads += sole.translate((0.1155, side * 0.083, 0.032))
-        eyes += ellipsoid((0.0615, side * 0.0205, 0.196), (0.006, 0.0065, 0.007), 16)
-    muzzle = ellipsoid((0.06, 0.0, 0.17), (0.023, 0.027, 0.021), 32)
-    belly = ellipsoid((0.02, 0.0, 0.078), (0.0445, 0.044, 0.054), 32)
-    nose = ellipsoid((0.0805, 0.0, 0.179), (0.006, 0.01, 0.007), 20)
-    tie = ellipsoid((0.066, 0.0, 0.133), (0.0085, 0.0095, 0.0095), 16)
+        eyes += ellipsoid_manifold((0.0615, side * 0.0205, 0.196), (0.006, 0.0065, 0.007), 16)
+    muzzle = ellipsoid_manifold((0.06, 0.0, 0.17), (0.023, 0.027, 0.021), 32)
+    belly = ellipsoid_manifold((0.02, 0.0, 0.078), (0.0445, 0.044, 0.054), 32)
+    nose = ellipsoid_manifold((0.0805, 0.0, 0.179), (0.006, 0.01, 0.007), 20)
+    tie = ellipsoid_manifold((0.066, 0.0, 0.133), (0.0085, 0.0095, 0.0095), 16)
     for side in (-1.0, 1.0):
         loop = limb([(0.0, 0.0, 0.0), (0.0, side * 0.026, 0.0)], [0.005, 0.0145], 20)
         tie += loop.scale((0.55, 1.0, 1.0)).translate((0.064, 0.0, 0.133))

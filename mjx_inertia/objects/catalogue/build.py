@@ -23,10 +23,10 @@ import numpy as np
 
 from mjx_inertia.objects.catalogue.code_digest import code_digest
 from mjx_inertia.objects.catalogue.recipe import Recipe
-from mjx_inertia.objects.from_parts import from_parts
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.model_file import load_model, save_model
 from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.part_assembly import from_parts
 from mjx_inertia.spatial import InertialParameters
 
 Value = float | int | str | tuple[float, ...]

@@ -143,7 +143,7 @@ def core(curve: Curve, depth: float, segments: int = ROUND) -> Manifold:
     return lathe(whole.offset(-depth, circular_segments=SMALL), segments)
 
 
-def ellipsoid(
+def ellipsoid_manifold(
     center: tuple[float, float, float], radii: tuple[float, float, float], segments: int = 28
 ) -> Manifold:
     """Half axes along x, y, z, m."""

@@ -24,7 +24,7 @@ from mjx_inertia.objects.catalogue.materials import (
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
     block,
-    ellipsoid,
+    ellipsoid_manifold,
     lathe,
     outline,
     plate,
@@ -74,7 +74,9 @@ def car(
     headlamps, rear_lamps = Manifold(), Manifold()
     for side in (-0.32, 0.32):
         y = side * width
-        headlamps += ellipsoid((0.0585 * size, y, 0.0255 * size), (0.0035, 0.005, 0.004), 16)
+        headlamps += ellipsoid_manifold(
+            (0.0585 * size, y, 0.0255 * size), (0.0035, 0.005, 0.004), 16
+        )
         rear_lamps += block(0.004, 0.011, 0.005).translate((-0.0605 * size, y, 0.026 * size))
     bumper = block(0.004, 0.8 * width, 0.005, 0.0018)
     bumpers = bumper.translate((0.062 * size, 0.0, 0.0135))
@@ -124,11 +126,11 @@ def locomotive(
     frame = block(0.14 * size, 0.8 * width, 0.012, 0.002).translate((-0.008 * size, 0.0, 0.018))
     boiler = rod((-0.03 * size, 0.0, axis), (0.052 * size, 0.0, axis), 0.38 * width, -1.0, ROUND)
     front = rod((0.05 * size, 0.0, axis), (0.062 * size, 0.0, axis), 0.41 * width, -1.0, ROUND)
-    front += ellipsoid((0.062 * size, 0.0, axis), (0.005, 0.012, 0.012), 24)
+    front += ellipsoid_manifold((0.062 * size, 0.0, axis), (0.005, 0.012, 0.012), 24)
     flare = [(0.0, 0.0), (0.0085, 0.0), (0.0085, 0.014), (0.0135, 0.03), (0.0135, 0.036)]
     front += lathe([*flare, (0.0, 0.036)], 32).translate((0.04 * size, 0.0, high))
     dome = Manifold.cylinder(0.01, 0.0105, -1.0, 28).translate((0.0, 0.0, -0.004))
-    dome += ellipsoid((0.0, 0.0, 0.006), (0.0105, 0.0105, 0.0085), 28)
+    dome += ellipsoid_manifold((0.0, 0.0, 0.006), (0.0105, 0.0105, 0.0085), 28)
     brass = dome.translate((0.005 * size, 0.0, high))
     for x in (-0.012, 0.022):
         ends = ((x * size, 0.0, axis), ((x + 0.003) * size, 0.0, axis))

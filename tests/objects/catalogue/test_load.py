@@ -155,6 +155,6 @@ def test_the_cache_knows_the_code_that_an_object_runs_on():
     """The files that a module imports, and theirs, but not those of other categories."""
     toys, primitives = (sys.modules[recipes()[n].build.__module__] for n in ("ball", "cube"))
     files = {path.name for path in code_digest.sources(primitives)}
-    assert {"primitives.py", "solids.py", "convex_pieces.py", "materials.py"} <= files
+    assert {"primitives.py", "solids.py", "convex_partition.py", "materials.py"} <= files
     assert not {"toys.py", "home.py", "load.py", "gallery.py"} & files
     assert code_digest.code_digest(toys) != code_digest.code_digest(primitives)

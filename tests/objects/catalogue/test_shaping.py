@@ -8,7 +8,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     arc,
     block,
     core,
-    ellipsoid,
+    ellipsoid_manifold,
     lathe,
     limb,
     outline,
@@ -113,7 +113,7 @@ def test_vessel_and_what_lies_below_its_surface():
 
 
 def test_ellipsoid_limb_and_rod():
-    ball = ellipsoid((0.1, 0.2, 0.3), (0.03, 0.02, 0.01), 64)
+    ball = ellipsoid_manifold((0.1, 0.2, 0.3), (0.03, 0.02, 0.01), 64)
     assert ball.volume() == pytest.approx(4.0 / 3.0 * np.pi * 6e-6, rel=0.01)
     assert ball.bounding_box()[3] == pytest.approx(0.13)
     capsule = limb([(0.0, 0.0, 0.0), (0.0, 0.03, 0.04)], 0.01, 64)

@@ -1,0 +1,128 @@
+"""Identification of pushes: starts, two fits, and new starts for what does not fit.
+
+Each push is fitted twice. The first fit covers the beginning of the push, where the search is cheap
+and the cost is smooth. The second one covers the whole push. Pushes with large residuals are fitted
+again from starts nearby.
+In: observations, setups, starts. Out: `Fit`.
+"""
+
+import functools
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+from jaxtyping import Bool, Float, Int
+
+from mjx_inertia.estimators.sysid.batched_search import Search, fits, misfit, search
+from mjx_inertia.estimators.sysid.fisher_identifiability import Identifiability, identifiability
+from mjx_inertia.estimators.sysid.normal_equations import wall_hessian
+from mjx_inertia.estimators.sysid.observation import Observation
+from mjx_inertia.estimators.sysid.settings import SysidSettings
+from mjx_inertia.estimators.sysid.unknowns import random_restart
+from mjx_inertia.pushing import PushSetup, Scene
+from mjx_inertia.spatial import AnyArray
+
+
+@struct.dataclass
+class Fit:
+    """Identified pushes, with a leading axis.
+
+    Attributes:
+      start: coordinates where the search began.
+      search: where it ended and how it went, on the whole push.
+      misfit: mean squared residual, in standard deviations of the noise model.
+      fits: whether sensor noise alone explains the misfit.
+      known: Fisher information of the push where the search ended.
+    """
+
+    start: Float[AnyArray, "n p"]
+    search: Search
+    misfit: Float[AnyArray, " n"]
+    fits: Bool[AnyArray, " n"]
+    known: Identifiability
+
+
+def _with_better(found: Search, rows: np.ndarray, other: Search) -> Search:
+    """`found`, with the rows of `other` where `other` has the lower cost."""
+    cost = np.nan_to_num(np.asarray(found.cost)[rows], nan=np.inf)
+    wins = np.nan_to_num(other.cost, nan=np.inf) < cost
+
+    def replaced(whole: np.ndarray, new: np.ndarray) -> np.ndarray:
+        whole = np.array(whole)
+        whole[rows[wins]] = np.asarray(new)[wins]
+        return whole
+
+    return jax.tree.map(replaced, found, other)
+
+
+def fit(
+    scene: Scene,
+    start: Float[AnyArray, "n p"],
+    observation: Observation,
+    setup: PushSetup,
+    centroid: Float[AnyArray, "2"],
+    settings: SysidSettings,
+    *,
+    key: jax.Array,
+    body: Int[AnyArray, " n"] | None = None,
+    report: Callable[[str], None] | None = None,
+) -> Fit:
+    """Identifies each push on its own, or the pushes of each body together.
+
+    Args:
+      scene: of the object.
+      start: where to begin, coordinates, one for each body.
+      observation: of each push.
+      setup: of each push.
+      centroid: of the outline, object frame, m.
+      settings: of the identification.
+      key: of the further starts.
+      body: which body each push is of; by default each push stands for itself.
+      report: called after each iteration with a line on how far the search is.
+    """
+    body = np.arange(len(start)) if body is None else np.asarray(body)
+    usable = np.bincount(body[np.asarray(observation.length) > 0], minlength=len(start)) > 0
+
+    def run(z: np.ndarray, bodies: np.ndarray, seconds: float = np.inf) -> Search:
+        """A search from each start `z`; a body may occur more than once."""
+        pushes = [np.flatnonzero(body == b) for b in bodies]
+        place = np.repeat(np.arange(len(bodies)), [len(p) for p in pushes])
+        rows = np.concatenate(pushes)
+        seen, setups = jax.tree.map(lambda x: np.asarray(x)[rows], (observation, setup))
+        window = {"body": place, "seconds": seconds, "report": report}
+        return search(scene, z, seen, setups, centroid, settings, **window)
+
+    def drawn(bodies: np.ndarray, number: int) -> np.ndarray:
+        """Start `number` of each body, near its first one."""
+        own = functools.partial(jax.random.fold_in, jax.random.fold_in(key, number))
+        near = functools.partial(random_restart, settings=settings)
+        return np.asarray(jax.vmap(near)(jax.vmap(own)(bodies), jnp.asarray(start)[bodies]))
+
+    # 1. the first moments of all pushes
+    first = run(np.asarray(start), np.arange(len(start)), settings.coarse)
+    # 2. the same from further starts, all of them side by side, where these do not fit
+    bad = np.flatnonzero(usable & ~fits(first, observation, body, settings, settings.coarse))
+    if len(bad) and settings.draws:
+        starts = np.concatenate([drawn(bad, number) for number in range(settings.draws)])
+        tries = run(starts, np.tile(bad, settings.draws), settings.coarse)
+        for part in np.split(np.arange(len(starts)), settings.draws):
+            first = _with_better(first, bad, jax.tree.map(lambda x, part=part: x[part], tries))
+    # 3. whole pushes, from where that ended
+    best = run(np.asarray(first.z), np.arange(len(start)))
+    # 4. both once more, from one further start, where a fit is bad or stands at a kink
+    settled = fits(best, observation, body, settings) & best.converged
+    bad = np.flatnonzero(usable & ~settled)
+    if len(bad):
+        first = run(drawn(bad, settings.draws), bad, settings.coarse)
+        best = _with_better(best, bad, run(np.asarray(first.z), bad))
+    walls = jax.vmap(functools.partial(wall_hessian, settings=settings))(jnp.asarray(best.z))
+    fisher = best.hessian - np.eye(best.z.shape[1]) - np.asarray(walls)
+    return Fit(
+        start=np.asarray(start),
+        search=best,
+        misfit=misfit(best, observation, body),
+        fits=fits(best, observation, body, settings),
+        known=jax.tree.map(np.asarray, jax.vmap(identifiability)(jnp.asarray(fisher))),
+    )

@@ -1,0 +1,290 @@
+"""Any URDF, MJCF or mesh file as an object.
+
+In: a path. Out: an `ObjectModel` that stands on z = 0, in the axes of the file.
+"""
+
+import dataclasses
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree as ET
+
+import jax
+import jax.numpy as jnp
+import manifold3d
+import numpy as np
+import trimesh
+
+from mjx_inertia.objects.convex_solids import Pieces, hull_vertices
+from mjx_inertia.objects.decomposition import object_pieces
+from mjx_inertia.objects.file_body import (
+    FileBody,
+    FileShape,
+    combine_bodies_float64,
+    read_mesh,
+    transform_mesh,
+)
+from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, to_manifold, union
+from mjx_inertia.objects.mesh_defects import checked_mesh
+from mjx_inertia.objects.mesh_integrals import is_positive, known_solid_properties
+from mjx_inertia.objects.mesh_repair import repair_mesh
+from mjx_inertia.objects.mjcf_reader import read_mjcf
+from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.part_assembly import SUPPORT_DEPTH, main_color
+from mjx_inertia.objects.urdf_reader import read_urdf
+from mjx_inertia.spatial import InertialParameters
+
+Shape = Literal["visual", "collision"]
+
+_MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", ".dae", ".3mf")
+_ON_TABLE = 1e-6  # m: a body that close to z = 0 stays where it is
+_CONVEX = 1e-4  # of the volume that a hull may add
+_OVERLAP = 1e-4  # of the volume that parts may share
+_AGREE = 1e-6  # relative: parts whose densities give the stated parameters
+_MISFIT = 1e-3  # of the size: how far stated parameters may leave the shape without a warning
+_DEFAULT_FRICTION = 0.4
+_GREY = (0.6, 0.6, 0.6)
+
+
+def import_object(
+    path: Path | str,
+    *,
+    density: float | None = None,
+    mass: float | None = None,
+    shape: Shape = "visual",
+    repair: bool = False,
+    unit: float | None = None,
+) -> ObjectModel:
+    """The object that a file describes.
+
+    Its surface is the union of the file's visual shapes. Collision shapes become the convex pieces;
+    one that is not convex is decomposed. Outline, height and support come from the surface. The
+    object keeps the axes of the file and is moved along z so that its lowest point is at z = 0;
+    whether it stands there by itself, its `stability` says.
+
+    Args:
+      path: of a `.urdf`, an `.xml` (MJCF or URDF) or a mesh file. Links may be joined by fixed
+        joints, bodies without joints; a free joint to the world is allowed.
+      density: kg/m³ of a uniform solid, instead of the inertial parameters in the file.
+      mass: kg of a uniform solid, likewise.
+      shape: which of the file's shapes the surface is, where it has both.
+      repair: whether the surface is repaired where it bounds no solid (`repair_mesh`), which a
+        warning tells.
+      unit: m, of the coordinates in a mesh file; if None, that which the file states (3MF, COLLADA)
+        or metres. URDF and MJCF are in metres.
+
+    Warns:
+      UserWarning: what was repaired, a defect too small to matter, or stated parameters that no
+        body within this shape has.
+
+    Raises:
+      FileNotFoundError: the file, or a mesh that it names, does not exist.
+      ValueError: with the path, what was expected and what was found: a file that is something
+        else, no inertial parameters and neither density nor mass, a mesh that bounds no solid (the
+        defect by its name), shapes that lie apart as seen from above, parameters that no body can
+        have, or a joint that moves.
+    """
+    file = Path(path)
+    if not file.is_file():
+        found = "a folder" if file.is_dir() else "nothing"
+        raise FileNotFoundError(f"{file}: expected a URDF, MJCF or mesh file, found {found}")
+    try:
+        _check_arguments(density, mass, shape, unit)
+        body = _read(file, unit)
+        return _object(body, _solids(body, shape, repair), density, mass)
+    except ValueError as error:
+        already = str(error).startswith(f"{file}: ")
+        raise ValueError(str(error) if already else f"{file}: {error}") from None
+
+
+def _check_arguments(
+    density: float | None, mass: float | None, shape: str, unit: float | None
+) -> None:
+    if density is not None and mass is not None:
+        raise ValueError(f"density {density} kg/m³ and mass {mass} kg: give one of them")
+    for name, value in (("density", density), ("mass", mass), ("unit", unit)):
+        if value is not None and not is_positive(value):
+            raise ValueError(f"{name}: {value!r} is not positive")
+    if shape not in ("visual", "collision"):
+        raise ValueError(f"shape: {shape!r}; choose 'visual' or 'collision'")
+
+
+def _read(file: Path, unit: float | None) -> FileBody:
+    if file.suffix.lower() in _MESHES:
+        mesh = read_mesh(file, unit)
+        return FileBody(file.stem, (FileShape("the mesh", mesh),), lacking="a mesh has no mass")
+    if unit not in (None, 1.0):
+        raise ValueError(f"unit: {unit} m is for mesh files; URDF and MJCF are in metres")
+    if file.suffix.lower() not in (".urdf", ".xml", ".mjcf"):
+        known = [".urdf", ".xml", ".mjcf", *_MESHES]
+        raise ValueError(f"expected a name that ends in one of {known}")
+    try:
+        root = ET.parse(file).getroot()
+    except (ET.ParseError, UnicodeDecodeError) as error:
+        raise ValueError(f"expected XML, found {error}") from None
+    if root.tag == "robot":
+        return read_urdf(file, root)
+    if root.tag == "mujoco":
+        return read_mjcf(file)
+    raise ValueError(f"expected the element <robot> (URDF) or <mujoco> (MJCF), found <{root.tag}>")
+
+
+def _object(
+    body: FileBody, solids: Sequence[FileShape], density: float | None, mass: float | None
+) -> ObjectModel:
+    low = min(float(solid.mesh.bounds[0, 2]) for solid in solids)
+    up = 0.0 if abs(low) <= _ON_TABLE else -low
+    solids, collisions = _lifted(solids, up), _lifted(body.collisions, up)
+    whole = union(solid.mesh for solid in solids)
+    if density is None and mass is not None:
+        density = mass / whole.volume()
+    if density is None:
+        inertial = _stated(body, up)
+        _warn_of_misfit(inertial, from_manifold(whole.hull()))
+    else:
+        inertial = _uniform(whole, density)
+    colored = [Part(solid.mesh, 1.0, solid.color or _GREY) for solid in solids]
+    return ObjectModel(
+        name=body.name,
+        outline=silhouette(whole, body.name),
+        height=whole.bounding_box()[5],
+        inertial=InertialParameters(
+            *map(jnp.asarray, (inertial.mass, inertial.com, inertial.inertia))
+        ),
+        pieces=_pieces(collisions, solids, whole),
+        support=lowest(whole, SUPPORT_DEPTH),
+        mesh=from_manifold(whole),
+        parts=_parts(solids, density, inertial, whole.volume()),
+        category=body.category,
+        friction=_DEFAULT_FRICTION if body.friction is None else body.friction,
+        color=main_color(colored),
+        source=body.source,
+    )
+
+
+def _stated(body: FileBody, up: float) -> InertialParameters:
+    if body.inertial is None:
+        raise ValueError(
+            f"{body.lacking}; give `density` (kg/m³) or `mass` (kg) for the inertial parameters of "
+            "a uniform solid"
+        )
+    return body.inertial.replace(com=body.inertial.com + np.array([0.0, 0.0, up]))
+
+
+def _warn_of_misfit(inertial: InertialParameters, hull: trimesh.Trimesh) -> None:
+    """Warns of a CoM or a tensor that no mass within the convex hull of the shape gives."""
+    com, mass = np.asarray(inertial.com), float(inertial.mass)
+    if not mass > 0.0:
+        return  # such parameters are refused when the object is made
+    inside = np.einsum("fd,fd->f", com - hull.triangles[:, 0], hull.face_normals)
+    outside, size = float(inside.max()), float(np.linalg.norm(hull.extents))
+    if outside > _MISFIT * size:
+        warnings.warn(
+            f"the stated CoM {com.round(4).tolist()} m is {outside:.3g} m outside of the convex "
+            f"hull of the shape, whose size is {size:.3g} m",
+            stacklevel=4,
+        )
+    # ∫ r² dm about the CoM is half the trace of the tensor
+    gyration = float(np.sqrt(0.5 * np.trace(inertial.inertia) / mass))
+    farthest = float(np.linalg.norm(hull.vertices - com, axis=1).max())
+    if gyration > (1.0 + _MISFIT) * farthest:
+        warnings.warn(
+            f"the stated inertia has a radius of gyration of {gyration:.3g} m, but no point of the "
+            f"shape is farther than {farthest:.3g} m from the stated CoM",
+            stacklevel=4,
+        )
+
+
+def _solids(body: FileBody, shape: Shape, repair: bool) -> tuple[FileShape, ...]:
+    """The shapes whose union is the object, each of which bounds a solid."""
+    chosen, others = body.visuals, body.collisions
+    if shape == "collision":
+        chosen, others = others, chosen
+    if not (chosen or others):
+        raise ValueError("expected a shape, found no visual and no collision geometry")
+    try:
+        return tuple(_sound(solid, repair) for solid in chosen or others)
+    except ValueError as error:
+        ways = [] if repair else ["`repair=True`"]
+        if chosen and others:
+            other = "visual" if shape == "collision" else "collision"
+            ways.append(f"the {other} shapes (`shape={other!r}`)")
+        hint = f"; try {' or '.join(ways)}" if ways else ""
+        raise ValueError(f"{error}{hint}") from None
+
+
+def _sound(solid: FileShape, repair: bool) -> FileShape:
+    mesh = solid.mesh
+    try:
+        if repair:
+            repaired = repair_mesh(mesh.vertices, mesh.faces)
+            mesh = trimesh.Trimesh(repaired.vertices, repaired.faces, process=False)
+            if repaired.remedied:
+                found = ", ".join(str(finding) for finding in repaired.remedied)
+                warnings.warn(f"{solid.where} was repaired: {found}", stacklevel=5)
+        checked_mesh(mesh.vertices, mesh.faces)
+        to_manifold(mesh)
+    except ValueError as error:
+        raise ValueError(f"{solid.where}: {error}") from None
+    return dataclasses.replace(solid, mesh=mesh)
+
+
+def _lifted(shapes: Sequence[FileShape], by: float) -> tuple[FileShape, ...]:
+    matrix = np.eye(4)
+    matrix[2, 3] = by
+    return tuple(dataclasses.replace(s, mesh=transform_mesh(s.mesh, matrix)) for s in shapes)
+
+
+def _uniform(solid: manifold3d.Manifold, density: float) -> InertialParameters:
+    """In double precision, as NumPy arrays."""
+    mesh = from_manifold(solid)
+    with jax.enable_x64(True):
+        body = known_solid_properties(mesh.vertices, mesh.faces, density)
+        return jax.tree.map(np.asarray, body)
+
+
+def _parts(
+    solids: Sequence[FileShape], density: float | None, inertial: InertialParameters, volume: float
+) -> tuple[Part, ...]:
+    """The shapes with their densities, if these are known and give the object's parameters."""
+    densities = [solid.density if density is None else density for solid in solids]
+    shared = sum(solid.mesh.volume for solid in solids) - volume
+    if None in densities or shared > _OVERLAP * volume:
+        return ()
+    parts = tuple(
+        Part(solid.mesh, float(known), solid.color or _GREY)
+        for solid, known in zip(solids, densities, strict=True)
+        if known is not None
+    )
+    if any(not part.density > 0.0 for part in parts):
+        return ()
+    total = combine_bodies_float64(
+        [_uniform(to_manifold(part.mesh), part.density) for part in parts]
+    )
+    for found, stated in zip(jax.tree.leaves(total), jax.tree.leaves(inertial), strict=True):
+        if not np.allclose(found, stated, rtol=0.0, atol=_AGREE * np.abs(stated).max()):
+            return ()
+    return parts
+
+
+def _pieces(
+    collisions: Sequence[FileShape], solids: Sequence[FileShape], whole: manifold3d.Manifold
+) -> Pieces:
+    """Collision shapes as convex bodies; those of the surface where the file has none."""
+    pieces: list[np.ndarray] = []
+    for collision in collisions:
+        hull = manifold3d.Manifold.hull_points(collision.mesh.vertices)
+        if not hull.volume() > 0.0:
+            raise ValueError(f"{collision.where}: its mesh is flat; a body needs volume")
+        if hull.volume() - collision.mesh.volume <= _CONVEX * hull.volume():
+            pieces.append(hull_vertices(collision.mesh.vertices))
+            continue
+        try:
+            body = to_manifold(collision.mesh)
+        except ValueError:  # an open mesh: simulators take its hull
+            pieces.append(hull_vertices(collision.mesh.vertices))
+        else:
+            pieces += object_pieces([Part(collision.mesh, 1.0)], body)
+    return tuple(pieces) or object_pieces([Part(solid.mesh, 1.0) for solid in solids], whole)

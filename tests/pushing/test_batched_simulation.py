@@ -1,0 +1,129 @@
+"""Batching: compiled once, order kept, bad pushes contained."""
+
+import jax
+import numpy as np
+import pytest
+from cube_pushes import cubes, push, straight
+
+from mjx_inertia.objects import cuboid, load_mcube_objects
+from mjx_inertia.pushing import (
+    PushStatus,
+    SampledMotion,
+    SceneSettings,
+    build_scene,
+    object_parameters,
+    simulate,
+)
+from mjx_inertia.pushing.batched_simulation import _programs
+
+
+def one_push(parameters, i):
+    return jax.tree.map(lambda x: np.asarray(x)[i : i + 1], parameters)
+
+
+def test_pushes_of_different_duration_share_one_program(scene_of):
+    scene = scene_of()
+    parameters = cubes(6, seed=11)
+    duration = np.array([0.3, 2.0, 0.7, 1.25, 1.26, 0.05])
+    motion = straight(parameters, 0.3, 0.04, duration)
+    push(scene, parameters, motion)
+    run = _programs(scene)[1]
+    before = run._cache_size()
+    record = push(scene, parameters, motion)
+    assert run._cache_size() == before
+    np.testing.assert_array_equal(record.length, np.round(duration * 100))
+    for i in range(6):  # the batch does not change a push, and results keep their order
+        alone = push(scene, one_push(parameters, i), one_push(motion, i))
+        n = record.length[i]
+        np.testing.assert_allclose(record.force[i, :n], alone.force[0, :n], rtol=1e-3, atol=2e-3)
+        np.testing.assert_allclose(record.pose[i, :n], alone.pose[0, :n], atol=2e-5)
+
+
+def test_each_failure_is_a_status_on_its_push(scene_of):
+    scene = scene_of()
+    parameters = cubes(5, seed=12)
+    motion = straight(parameters, 0.0, 0.04, 2.0)
+    start, direction = np.array(motion.start), np.array(motion.direction)
+    start[1] += [-0.2, 0.0]  # never reaches the object
+    half = np.asarray(parameters.half_extents)[2, 0]
+    start[2, 1] = 0.9 * half  # slides off the corner
+    direction[2] = [np.cos(0.7), np.sin(0.7)]
+    mass = np.array(parameters.mass)
+    mass[3] = np.nan
+    record = push(
+        scene, parameters.replace(mass=mass), motion.replace(start=start, direction=direction)
+    )
+    expected = [
+        PushStatus.OK, PushStatus.NEVER_MOVED, PushStatus.LOST_CONTACT, PushStatus.DIVERGED,
+        PushStatus.OK,
+    ]  # fmt: skip
+    np.testing.assert_array_equal(record.status, expected)
+    assert record.length[2] < 200
+    clean = push(scene, parameters, motion)
+    np.testing.assert_array_equal(record.force[[0, 4]], clean.force[[0, 4]])
+
+
+def test_signals_are_consistent(scene_of):
+    """Velocities are the derivatives of poses; the moment is that of the force at the tip."""
+    parameters = cubes(4, seed=13, com_offset=0.1)
+    record = push(scene_of(), parameters, straight(parameters, [-0.5, -0.2, 0.2, 0.5], 0.04, 2.0))
+    for pose, rate in ((record.pose, record.twist), (record.tip_position, record.tip_velocity)):
+        central = (pose[:, 2:] - pose[:, :-2]) * 50
+        np.testing.assert_allclose(central[:, 20:], rate[:, 21:-1], atol=2e-3)
+    lever = record.tip_position - record.pose[..., :2]
+    x, y = np.moveaxis(lever, -1, 0)
+    about_origin = x * record.force[..., 1] - y * record.force[..., 0]
+    # the tip's centre lies one radius behind the contact, along the force but for friction
+    bound = 0.005 * np.linalg.norm(record.force, axis=-1) + 1e-3
+    assert (np.abs(about_origin - record.moment) < bound).mean() > 0.99
+
+
+def test_a_sampled_path_equals_the_straight_one_it_samples(scene_of):
+    parameters = cubes(3, seed=14)
+    straight_motion = straight(parameters, 0.2, 0.04, 1.0, 0.1)
+    knots = np.arange(251) * 0.004
+    way = np.asarray(straight_motion.direction)[:, None] * 0.04 * knots[:, None]
+    sampled = SampledMotion(
+        start=straight_motion.start,
+        offsets=way,
+        interval=np.full(3, 0.004),
+        duration=np.full(3, 1.0),
+    )
+    a, b = push(scene_of(), parameters, straight_motion), push(scene_of(), parameters, sampled)
+    np.testing.assert_allclose(a.pose, b.pose, atol=1e-4)
+    np.testing.assert_allclose(a.force[:, 10:], b.force[:, 10:], rtol=0.01, atol=0.02)
+
+
+@pytest.mark.parametrize("name", ["butter"])
+def test_published_outlines_can_be_pushed(name):
+    """A prism of any outline, the butterfly by its convex pieces, moves ahead of the tip."""
+    obj = load_mcube_objects()[name]
+    scene = build_scene(obj, SceneSettings(tip_radius=0.00475))
+    parameters = jax.tree.map(lambda x: np.asarray(x)[None], object_parameters(obj, friction=0.2))
+    left = obj.outline[:, 0].min()
+    motion = straight(parameters, 0.0, 0.05, 1.6).replace(
+        start=np.array([[left - 0.00475 - 0.01, 0.001]])
+    )
+    record = push(scene, parameters, motion)
+    assert record.status[0] in (PushStatus.OK, PushStatus.LOST_CONTACT), record.pose[0, ::10]
+    steady = record.force[0, 130:160, 0].mean()
+    assert 0.5 < steady / (0.2 * float(obj.inertial.mass) * 9.81) < 1.1
+
+
+def test_misuse_is_named():
+    with pytest.raises(ValueError, match="table='ice'"):
+        SceneSettings(table="ice")
+    with pytest.raises(ValueError, match="rate"):
+        SceneSettings(rate=0.0)
+    assert SceneSettings(rate=80.0).timestep == pytest.approx(1 / 240)
+    assert build_scene(cuboid((0.1, 0.2, 0.05), 1.0)).object_model.is_box
+    with pytest.raises(ValueError, match="at least one push"):
+        scene = build_scene(cuboid((0.1, 0.2, 0.05), 1.0))
+        empty = jax.tree.map(lambda x: np.asarray(x)[:0], cubes(1, seed=0))
+        simulate(
+            scene,
+            empty,
+            straight(empty, 0.0, 0.04, 1.0),
+            contact_point=np.zeros((0, 2)),
+            contact_normal=np.zeros((0, 2)),
+        )
