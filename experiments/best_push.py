@@ -1,24 +1,22 @@
 r"""What a push can tell, and which push to make next.
 
     python experiments/best_push.py [objects=8] [draws=200] [rounds=4] [random_rounds=7] \
-        [parts=check,maps,sequence,rate]
+        [parts=[check,maps,sequence,rate]]
 
 1. Check: 200 noise draws of three pushes are fitted; the scatter of the estimates over the
    Cramér-Rao bound should be near 1. MAP estimates lean to the belief, so their bound is
    H⁻¹ F H⁻¹ with F the information of the data and H = F + I; it is F⁻¹ where the data decide.
 2. Maps of the bound over contact point, angle, speed, acceleration and sampling rate.
 3. Sequence: push, estimate from all pushes so far, choose again, against random choice.
-Writes docs/information_*.svg. Last line: JSON.
+Figures: information_*.svg, which docs/ shows.
 """
 
-import json
 import math
-import platform
-import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
@@ -26,7 +24,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import add_noise, provenance
+from mjx_inertia.dataset import add_noise
 from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS
 from mjx_inertia.estimators.sysid import (
     SysidSettings,
@@ -49,11 +47,10 @@ from mjx_inertia.estimators.sysid.next_push import (
 )
 from mjx_inertia.evaluation import draw_bound_maps, draw_sequences
 from mjx_inertia.evaluation.appearance import styled
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushRecord, Scene, SceneSettings, build_scene
 
-FOLDER = Path(__file__).parents[1] / "docs"
 LIMITS = PusherLimits(speed=(0.05, 0.2), length=0.08)
 SAMPLES = 432  # every record is padded to this: one compiled program for all
 EDGE = 0.15  # m, of the cube of check and maps
@@ -64,17 +61,18 @@ TYPICAL = {
 # face, offset, angle (degrees), speed (m/s), acceleration (m/s²) of the pushes of the check
 CHECKED = ((0, 0.6, -25.0, 0.2, 2.0), (0, -0.4, 30.0, 0.1, math.inf), (1, 0.3, -30.0, 0.15, 1.0))
 BODY = ("mass", "inertia", "com")
+Part = Literal["check", "maps", "sequence", "rate"]
 
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    objects: int = 8
-    draws: int = 200
-    rounds: int = 4
-    random_rounds: int = 7
-    parts: tuple[str, ...] = ("check", "maps", "sequence", "rate")
+    objects: int = 8  # of the sequences
+    draws: int = 200  # of the noise, for each push of the check
+    rounds: int = 4  # pushes of a sequence that chooses
+    random_rounds: int = 7  # pushes of one that does not
+    parts: tuple[Part, ...] = ("check", "maps", "sequence", "rate")
 
 
 def half_and_radius(edge: float) -> tuple[np.ndarray, float]:
@@ -163,13 +161,13 @@ def deviations(fisher: np.ndarray, settings: SysidSettings, edge: Any) -> np.nda
     return np.stack([*(100 * np.sqrt(variance[..., :2])).T, com.T]).T
 
 
-def save(figure: Figure, name: str) -> None:
-    """Writes docs/information_<name>.svg."""
+def save(figure: Figure, folder: Path, name: str) -> None:
+    """Writes information_<name>.svg."""
     with styled():
-        figure.savefig(FOLDER / f"information_{name}.svg", metadata={"Date": None})
+        figure.savefig(folder / f"information_{name}.svg", metadata={"Date": None})
 
 
-def contact_and_acceleration(lab: Lab) -> dict[str, float]:
+def contact_and_acceleration(lab: Lab, folder: Path) -> dict[str, float]:
     """Maps over contact point and angle, and over acceleration and speed."""
     truth = to_coordinates(TYPICAL, lab.settings)
     offset, angle = np.linspace(-0.9, 0.9, 13), np.linspace(-40, 40, 11)
@@ -187,9 +185,11 @@ def contact_and_acceleration(lab: Lab) -> dict[str, float]:
     by_contact = size[: len(o)].reshape(len(angle), len(offset), 3)
     by_ramp = size[len(o) :].reshape(len(acceleration), len(speed), 3)
     of = ("contact point, half edges from the middle", offset)
-    save(draw_bound_maps(of, ("angle to the normal, degrees", angle), by_contact, ""), "contact")
+    figure = draw_bound_maps(of, ("angle to the normal, degrees", angle), by_contact, "")
+    save(figure, folder, "contact")
     of = ("speed, m/s", speed)
-    save(draw_bound_maps(of, ("acceleration, m/s²", acceleration), by_ramp, "xy"), "acceleration")
+    figure = draw_bound_maps(of, ("acceleration, m/s²", acceleration), by_ramp, "xy")
+    save(figure, folder, "acceleration")
     middle = by_contact[len(angle) // 2, len(offset) // 2]
     return {
         "map_mass_percent_straight_central": round(float(middle[0]), 3),
@@ -201,7 +201,7 @@ def contact_and_acceleration(lab: Lab) -> dict[str, float]:
     }
 
 
-def sampling(lab: Lab) -> dict[str, float]:
+def sampling(lab: Lab, folder: Path) -> dict[str, float]:
     """Map over speed and sampling rate: of 200 samples a second every k-th is kept."""
     fast = replace(lab.settings, scene=replace(lab.settings.scene, rate=200.0, max_timestep=0.005))
     scene, truth = build_scene(cube(EDGE, 1.0), fast.scene), to_coordinates(TYPICAL, fast)
@@ -219,7 +219,7 @@ def sampling(lab: Lab) -> dict[str, float]:
     size = deviations(np.asarray(found.hessian) - np.eye(z.shape[1]), fast, EDGE)
     size = size.reshape(len(keep), len(speed), 3)
     rates = ("sampling rate, Hz", 200.0 / keep)
-    save(draw_bound_maps(("speed, m/s", speed), rates, size, "xy"), "rate")
+    save(draw_bound_maps(("speed, m/s", speed), rates, size, "xy"), folder, "rate")
     return {
         f"map_mass_percent_at_{200 / k:g}_hz_{speed[i]:.2g}_m_s": round(float(size[j, i, 0]), 3)
         for j, k in ((0, 16), (4, 1))
@@ -302,7 +302,9 @@ def errors(c: Campaign, edge: np.ndarray, settings: SysidSettings) -> np.ndarray
     return np.column_stack([made, com, expected])
 
 
-def campaign(lab: Lab, objects: int, rounds: int, random_rounds: int) -> dict[str, Any]:
+def campaign(
+    lab: Lab, objects: int, rounds: int, random_rounds: int, folder: Path
+) -> dict[str, Any]:
     """Chosen against random pushes; two random sequences for each object."""
     settings, rng = lab.settings, np.random.default_rng(4)
     truth, edge = drawn_objects(objects, settings, seed=3)
@@ -334,7 +336,7 @@ def campaign(lab: Lab, objects: int, rounds: int, random_rounds: int) -> dict[st
             last = new.setup.motion.speed[:objects], new.offset[:objects], new.angle[:objects]
             print("   chosen speed, offset, angle:", [np.round(x, 2).tolist() for x in last])
     table = np.stack(history)
-    return {**summary(table, c.chooses, rounds), "lost_pushes": lost, "stuck_fits": misfits}
+    return {**summary(table, c.chooses, rounds, folder), "lost_pushes": lost, "stuck_fits": misfits}
 
 
 def pushes_needed(wanted: float, errors: np.ndarray) -> float | None:
@@ -349,12 +351,12 @@ def pushes_needed(wanted: float, errors: np.ndarray) -> float | None:
     return round(k + share, 2)
 
 
-def summary(table: np.ndarray, chooses: np.ndarray, rounds: int) -> dict[str, Any]:
+def summary(table: np.ndarray, chooses: np.ndarray, rounds: int, folder: Path) -> dict[str, Any]:
     """Medians over sequences (their error, and the deviation that they state), and the figure."""
     chosen = np.median(table[:rounds, chooses], 1)
     random = np.median(table[:, ~chooses], 1)
     figure = draw_sequences(table[:rounds, chooses], table[:, ~chooses])
-    save(figure, "sequence")
+    save(figure, folder, "sequence")
     result: dict[str, Any] = {"objects": int(chooses.sum())}
     for i, (name, unit) in enumerate(zip(BODY, ("percent", "percent", "mm"), strict=True)):
         result[f"chosen_{name}_{unit}_after"] = chosen[:, i].round(4).tolist()
@@ -373,28 +375,25 @@ def summary(table: np.ndarray, chooses: np.ndarray, rounds: int) -> dict[str, An
     return result
 
 
-def main() -> None:
-    """Runs the three parts; the last line is JSON."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Runs the parts."""
     runtime.configure(float64=True)
     settings = SysidSettings(progress=False, iterations=20, coarse=0.3)
     lab = Lab(build_scene(cube(EDGE, 1.0), SceneSettings()), settings)
     sequence = options.objects, options.rounds, options.random_rounds
-    what = {
+    what: dict[Part, Callable[[], dict[str, Any]]] = {
         "check": lambda: check(lab, options.draws),
-        "maps": lambda: contact_and_acceleration(lab),
-        "sequence": lambda: campaign(lab, *sequence),
-        "rate": lambda: sampling(lab),
+        "maps": lambda: contact_and_acceleration(lab, folder),
+        "sequence": lambda: campaign(lab, *sequence, folder),
+        "rate": lambda: sampling(lab, folder),
     }
-    if unknown := set(options.parts) - set(what):
-        raise SystemExit(f"error: parts {sorted(unknown)}: choose from {', '.join(what)}")
     result: dict[str, Any] = {"experiment": "best_push"}
     for part in options.parts:
         begun = time.perf_counter()
         result |= what[part]()
         print(f"{part}: {time.perf_counter() - begun:.0f} s", flush=True)
-    print(platform.processor() or platform.machine(), provenance())
-    print(json.dumps(result))
+    return result
 
 
 if __name__ == "__main__":

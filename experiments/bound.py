@@ -5,13 +5,13 @@
 The bound is for whoever knows that uniform cubes are pushed (as a regressor trained on cubes does)
 and the ranges of the data, and nothing else: unknown are mass, edge, contact offset, both frictions
 and the contact's time constant. Derivatives are central differences of the float64 simulation;
-noise is that of the data plus a floor of 0.02 N, 0.2 N mm, 0.2 mm/s and 2 mrad/s. Last line: JSON.
+noise is that of the data plus a floor of 0.02 N, 0.2 N mm, 0.2 mm/s and 2 mrad/s.
 """
 
 import functools
-import json
-import sys
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -20,7 +20,7 @@ import numpy as np
 from mjx_inertia import runtime
 from mjx_inertia.dataset import CubesProtocol, cubes_plan
 from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS, PushPlan, select_pushes
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.features import FeatureSettings
 from mjx_inertia.features.signals import signals
 from mjx_inertia.objects import cube
@@ -33,9 +33,9 @@ STEP = 1e-4  # relative
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    pushes: int = 200
+    pushes: int = 200  # of the 4,800
     spread: float = 0.05  # of the noise, relative
 
 
@@ -85,9 +85,9 @@ def prior(plan: PushPlan) -> np.ndarray:
     return np.stack([np.diag(12 / w**2) for w in np.stack([width[n] for n in NAMES], -1)])
 
 
-def main() -> None:
-    """Prints the bound by speed, and one JSON line."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Prints the bound by speed."""
     pushes, spread = options.pushes, options.spread
     runtime.configure(float64=True)
     scene = build_scene(cube(0.15, 1.0))
@@ -129,7 +129,7 @@ def main() -> None:
         groups = {"all": values, **{f"{v:g}": values[speed == v] for v in np.unique(speed)}}
         headline[name] = {k: round(0.8 * float(v.mean()), 3) for k, v in groups.items()}
         print(f"{name:16} mean absolute error at the bound: {headline[name]}")
-    print(json.dumps({"pushes": pushes, "spread": spread, **headline}))
+    return {"pushes": pushes, "spread": spread, **headline}
 
 
 if __name__ == "__main__":

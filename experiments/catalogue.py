@@ -1,21 +1,20 @@
 """How exact the objects are: convex pieces, exported files, voxels, and shapes that cameras see.
 
-    python experiments/catalogue.py [draws=12] [cells=56] [seen=wedge,rock]
+    python experiments/catalogue.py [draws=12] [cells=56] [seen=[wedge,rock]]
 
 For the whole catalogue: the share of its volume by which an object's convex pieces are off, and
 how far MuJoCo's compiled mass, CoM and tensor are from ours in both formats. For the hammer: what
 grids of voxels miss. For eight shapes: volume, CoM and moments from eleven depth views with 1 mm of
 noise, under uniform density and with a mass known to 1 %, and by how many of the stated standard
-deviations they are off. Prints the tables of `docs/objects.md`. Last line: JSON.
+deviations they are off. Prints the tables of `docs/objects.md`.
 """
 
-import json
 import statistics
-import sys
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -25,7 +24,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia import runtime
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.objects import (
     CameraSettings,
     FusionSettings,
@@ -52,11 +51,11 @@ VOXELS_MM = (8.0, 4.0, 2.0, 1.0)
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    draws: int = 12
-    cells: int = 56
-    seen: tuple[str, ...] = SEEN
+    draws: int = 12  # of the views' noise, for the covariance of a shape
+    cells: int = 56  # of the fused grid, along an edge
+    seen: tuple[str, ...] = SEEN  # by cameras
 
 
 def largest_difference(
@@ -150,13 +149,13 @@ def seen_by_cameras(obj: ObjectModel, seed: int, draws: int, cells: int) -> dict
     }
 
 
-def main() -> None:
-    """Measures, prints tables, and one JSON line."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Measures and prints tables."""
     runtime.configure(devices=1, float64=True)
     objects = load_catalogue()
     if unknown := set(options.seen) - set(objects):
-        raise SystemExit(f"error: seen {sorted(unknown)}: not in the catalogue")
+        raise ValueError(f"seen={sorted(unknown)}: not in the catalogue")
     off = sorted((obj.pieces_error, name, len(obj.pieces)) for name, obj in objects.items())
     print("| object | pieces | volume off, % |\n| --- | --- | --- |")
     for error, name, count in off[::-1]:
@@ -191,7 +190,7 @@ def main() -> None:
         ),
         "views_largest_z": max(row["largest_z"] for row in views.values()),
     }
-    print(json.dumps({k: float(f"{v:.3g}") for k, v in headline.items()}))
+    return {k: float(f"{v:.3g}") for k, v in headline.items()}
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ and friction are varied one at a time in six steps, and the forest of the first 
 of the 18 new cubes from a single push at the contact point that served it best.
 """
 
-import sys
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +25,7 @@ from mjx_inertia.evaluation import (
     relative_error_percent,
     variation_boxes,
 )
-from mjx_inertia.experiment import run_experiment
+from mjx_inertia.experiment import experiment, sweep_result
 from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import SweepResult, tabulate
 
@@ -115,5 +114,11 @@ def vary(
     return sections, medians
 
 
+@experiment(SweepSettings)
+def main(settings: SweepSettings, folder: Path) -> dict[str, Any]:
+    """Runs the main job and the ±30 % study."""
+    return sweep_result("cubes30", settings, folder, vary)
+
+
 if __name__ == "__main__":
-    run_experiment("cubes30", sys.argv[1:], vary)
+    main()

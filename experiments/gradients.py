@@ -7,25 +7,22 @@ Pushes of a cube of 2 kg and 0.15 m in every contact regime, at three time steps
 meets central differences of the float64 simulation over steps of 1e-3 to 1e-7 of the parameter;
 of these, the two neighbours that agree best are taken, and by how much they differ is the floor of
 the check. The same program gives derivatives and differences, so it compiles once for each
-precision. Writes docs/gradients.md. Last line: JSON.
+precision. Writes gradients.md, the page of docs/.
 """
 
 import functools
-import json
-import platform
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import Scene, SceneSettings, StraightMotion, build_scene, object_parameters
 from mjx_inertia.pushing.rollout import State, initial_state, rollout
@@ -53,7 +50,7 @@ GROUPS = {"force": [0, 1], "moment": [2], "position": [3, 4], "yaw": [5], "twist
 
 TEXT = """# Gradients through contact: where they can be trusted
 
-`python experiments/gradients.py` (writes this file; two minutes on 2 cores)
+`python experiments/gradients.py` (writes this page into its run folder; two minutes on 2 cores)
 
 A cube of 2 kg and 0.15 m on the `limit_surface` table (μ = 0.4, tip friction 0.3, CoM 4 and -6 mm
 off the centre) is pushed for half a second. Each cell compares the derivative of a signal (force,
@@ -105,9 +102,9 @@ The same derivative computed in float32, against the float64 reference.
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    steps: int = 500  # of 1 ms
+    steps: int = 500  # of 1 ms, the length of a push
 
 
 @dataclass(frozen=True)
@@ -352,10 +349,11 @@ def document(rows: list[dict], headline: dict) -> str:
     )
 
 
-def main() -> None:
-    """Measures, prints and writes the tables, and prints one JSON line."""
+@experiment(Options)
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Measures, prints and writes the tables."""
     begin = time.perf_counter()
-    duration = 1e-3 * read_options(Options, sys.argv[1:]).steps
+    duration = 1e-3 * options.steps
     runtime.configure(devices=1, float64=True)
     rows = []
     for timestep in TIMESTEPS:
@@ -366,9 +364,8 @@ def main() -> None:
     headline = {"seconds": round(time.perf_counter() - begin, 1), **summary(rows)}
     text = document(rows, headline)
     print(text)
-    Path("docs/gradients.md").write_text(text)
-    print(platform.processor() or platform.machine(), provenance())
-    print(json.dumps(headline))
+    (folder / "gradients.md").write_text(text)
+    return headline
 
 
 if __name__ == "__main__":

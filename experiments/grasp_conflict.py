@@ -6,14 +6,10 @@ Baxter's left arm carries the cuboid of 0.4 kg through the three pick-and-place 
 places along its top edge: manipulability, effective mass and torque energy of each, and where they
 disagree. Then grasps sampled all over the cuboid for a jaw that opens 0.21 m: the Pareto front of
 the three metrics with its hypervolume, a map of the energy over the surface, and the choice when
-the payload is known only as a distribution. Writes figures to outputs/experiments/grasp_conflict;
-last line: JSON.
+the payload is known only as a distribution. Figures: ten_grasps, front, map.
 """
 
 import dataclasses
-import json
-import platform
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -27,8 +23,7 @@ from jaxtyping import Array
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.grasping import (
     PARALLEL_JAW_80MM,
     TASKS,
@@ -55,7 +50,6 @@ from mjx_inertia.pareto import hypervolume, knee, pareto_set
 from mjx_inertia.robots import Arm, baxter
 from mjx_inertia.spatial import InertialParameters, Pose
 
-OUT = Path("outputs/experiments/grasp_conflict")
 METRICS = ("inverse_manipulability", "effective_mass", "energy")
 PLACE = (0.6, 0.25, -0.2)  # of the cuboid's base, in the robot's frame
 ALONG = np.linspace(-0.22, 0.22, 10)  # m from the middle of the top edge (errata 19)
@@ -69,10 +63,10 @@ DOUBT = {"mass": 0.05, "com": 0.02, "inertia": 0.05}
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    grasps: int = 5000
-    seed: int = 0
+    grasps: int = 5000  # sampled
+    seed: int = 0  # of grasps and payloads
 
 
 def cuboid() -> tuple[ObjectModel, Pose]:
@@ -92,7 +86,7 @@ def top_grasps(model: ObjectModel, start: Pose) -> Pose:
     return jax.tree.map(lambda *x: jnp.stack([jnp.asarray(v) for v in x]), *hands)
 
 
-def ten_grasps(arm: Arm, model: ObjectModel, start: Pose) -> dict[str, Any]:
+def ten_grasps(arm: Arm, model: ObjectModel, start: Pose, folder: Path) -> dict[str, Any]:
     """Figs 6.3 and 6.4: the metrics over their maxima, and the best grasp by each."""
     body = jax.tree.map(np.asarray, model.inertial)
     hands = top_grasps(model, start)
@@ -122,16 +116,16 @@ def ten_grasps(arm: Arm, model: ObjectModel, start: Pose) -> dict[str, Any]:
     image = axes[3].imshow(np.asarray(found.signals.effective_mass), aspect="auto")
     axes[3].set(xlabel="waypoint", ylabel="grasp", title="effective mass, task 3")
     figure.colorbar(image, ax=axes[3], label="kg")
-    save(figure, "ten_grasps")
+    save(figure, folder / "ten_grasps.png")
     return result
 
 
 def many_grasps(
-    arm: Arm, model: ObjectModel, start: Pose, count: int, seed: int
+    arm: Arm, model: ObjectModel, start: Pose, options: Options, folder: Path
 ) -> tuple[dict[str, Any], GraspCosts, tuple[Pose, Contacts]]:
     """The Pareto front of sampled grasps and a map of the energy over the surface."""
     begin = time.perf_counter()
-    sample = sample_grasps(model, WIDE, count, seed=seed)
+    sample = sample_grasps(model, WIDE, options.grasps, seed=options.seed)
     sampling_s = time.perf_counter() - begin
     hands = hands_of(sample.grasps, WIDE)
     body = jax.tree.map(np.asarray, model.inertial)
@@ -145,9 +139,9 @@ def many_grasps(
     front = pareto_set(usable)
     worst = usable[fine].max(axis=0)
     share = usable / worst
-    draw_front(share, front, fine)
+    draw_front(share, front, fine, folder)
     points = np.asarray(sample.grasps.contacts.points).mean(axis=1)
-    draw_map(model, points[fine], usable[fine, METRICS.index("energy")])
+    draw_map(model, points[fine], usable[fine, METRICS.index("energy")], folder)
     middle = knee(usable)
     statuses = np.bincount(np.asarray(found.status), minlength=len(GraspStatus))
     result = {
@@ -244,17 +238,17 @@ def judged(
     }
 
 
-def draw_front(share: np.ndarray, front: np.ndarray, fine: np.ndarray) -> None:
+def draw_front(share: np.ndarray, front: np.ndarray, fine: np.ndarray, folder: Path) -> None:
     """All grasps and the front, by pairs of metrics."""
     figure, axes = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
     for axis, (i, j) in zip(axes, ((0, 1), (1, 2), (0, 2)), strict=True):
         axis.scatter(share[fine, i], share[fine, j], s=3, color="0.7")
         axis.scatter(share[front, i], share[front, j], s=10, color="tab:red")
         axis.set(xlabel=METRICS[i], ylabel=METRICS[j])
-    save(figure, "front")
+    save(figure, folder / "front.png")
 
 
-def draw_map(model: ObjectModel, points: np.ndarray, energy: np.ndarray) -> None:
+def draw_map(model: ObjectModel, points: np.ndarray, energy: np.ndarray, folder: Path) -> None:
     """Where to hold the object, coloured by the energy."""
     figure = plt.figure(figsize=(7, 5))
     axis = figure.add_subplot(projection="3d")
@@ -263,29 +257,27 @@ def draw_map(model: ObjectModel, points: np.ndarray, energy: np.ndarray) -> None
     dots = axis.scatter(*points.T, c=energy, s=6, cmap="viridis")
     figure.colorbar(dots, ax=axis, label="torque energy, (N m)²")
     axis.set(aspect="equal", xlabel="x, m", ylabel="y, m", zlabel="z, m")
-    save(figure, "map")
+    save(figure, folder / "map.png")
 
 
-def save(figure: Any, name: str) -> None:
-    """Into the folder of this experiment."""
-    OUT.mkdir(parents=True, exist_ok=True)
-    figure.savefig(OUT / f"{name}.png", dpi=110)
+def save(figure: Any, path: Path) -> None:
+    """Writes and closes a figure."""
+    figure.savefig(path, dpi=110)
     plt.close(figure)
 
 
-def main() -> None:
-    """Tables, figures and one JSON line."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Tables and figures."""
     begin = time.perf_counter()
     runtime.configure(float64=True)
     arm = baxter("left")
     model, start = cuboid()
-    result: dict[str, Any] = {"experiment": "grasp_conflict", **ten_grasps(arm, model, start)}
-    many = many_grasps(arm, model, start, options.grasps, options.seed)
+    result = {"experiment": "grasp_conflict", **ten_grasps(arm, model, start, folder)}
+    many = many_grasps(arm, model, start, options, folder)
     result["sampled"], found, sampled = many
     result["robust"] = robust_choice(arm, model, start, found, sampled, options.seed)
-    print(platform.processor() or platform.machine(), provenance())
-    print(json.dumps({**result, "seconds": round(time.perf_counter() - begin, 1)}))
+    return {**result, "seconds": round(time.perf_counter() - begin, 1)}
 
 
 if __name__ == "__main__":

@@ -9,12 +9,9 @@ still (`disk_hand`, the text of §4.5.2), and the disk is turned in a hand that 
 (`disk_object`, which is what its explanation is about). Torques are those of the augmented
 dynamics; the joints move with the least speed from the start that stays farthest from their limits
 (the thesis does not say how its redundant joint moved). Beside the whole effort (Eq. 4.20), what
-the payload adds to it and what remains without gravity. Writes figures to
-outputs/experiments/grasp_effort; last line: JSON.
+the payload adds to it and what remains without gravity. Figures: book, disk_hand, disk_object.
 """
 
-import json
-import platform
 import time
 from pathlib import Path
 from typing import Any
@@ -27,7 +24,7 @@ from jaxtyping import Array
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import experiment
 from mjx_inertia.grasping import (
     TASKS,
     GraspMotion,
@@ -40,7 +37,6 @@ from mjx_inertia.objects import load_catalogue
 from mjx_inertia.robots import Arm, baxter
 from mjx_inertia.spatial import InertialParameters, Pose
 
-OUT = Path("outputs/experiments/grasp_effort")
 PRIMITIVES = tuple(f"{kind}_{axis}" for kind in ("translate", "rotate") for axis in "xyz")
 DISK_TASKS = ("piecewise", "rotate_x", "rotate_y", "rotate_z")
 ANGLES = np.arange(10, 171, 20)  # degrees, of the hand about the disk's handle
@@ -151,7 +147,7 @@ def report(
     return result
 
 
-def draw(name: str, labels: list[str], found: dict[str, dict[str, np.ndarray]]) -> None:
+def draw(path: Path, labels: list[str], found: dict[str, dict[str, np.ndarray]]) -> None:
     """Effort over grasps (Figs 4.6, 4.8, 4.9) and one task's torques over time (Fig. 4.5)."""
     figure, axes = plt.subplots(1, 3, figsize=(14, 4), layout="constrained")
     for axis, part, label in zip(
@@ -167,13 +163,13 @@ def draw(name: str, labels: list[str], found: dict[str, dict[str, np.ndarray]]) 
         axes[2].plot(found[task]["time"][0], torque, label=label)
     axes[2].set(xlabel="time, s", ylabel=f"|torque| in {task}, N m")
     axes[2].legend(fontsize=8)
-    OUT.mkdir(parents=True, exist_ok=True)
-    figure.savefig(OUT / f"{name}.svg")
+    figure.savefig(path)
     plt.close(figure)
 
 
-def main() -> None:
-    """Tables, figures and one JSON line."""
+@experiment()
+def main(folder: Path) -> dict[str, Any]:
+    """Tables and figures."""
     begin = time.perf_counter()
     runtime.configure(devices=1, float64=True)
     arm = baxter("left")
@@ -194,9 +190,8 @@ def main() -> None:
     for name, body, hands, tasks, starts, labels in cases:
         found = efforts(arm, body, hands, tasks, starts)
         result[name] = report(name, labels, found)
-        draw(name, labels, found)
-    print(platform.processor() or platform.machine(), provenance())
-    print(json.dumps({**result, "seconds": round(time.perf_counter() - begin, 1)}))
+        draw(folder / f"{name}.svg", labels, found)
+    return {**result, "seconds": round(time.perf_counter() - begin, 1)}
 
 
 if __name__ == "__main__":

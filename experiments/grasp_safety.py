@@ -6,13 +6,9 @@ The tensor object in Baxter's right hand, with drawn settings of its five rings:
 inertia alone differs. Then the book of 0.34 kg held at three places along its spine: the motion
 differs too. Each is carried out in MuJoCo under computed-torque control into a rigid pillar with a
 force sensor, and into a free-standing bottle of 0.5 kg; peak forces are set beside the effective
-mass at the place of impact, and beside v √(k m). Writes figures to
-outputs/experiments/grasp_safety; last line: JSON.
+mass at the place of impact, and beside v √(k m). Figures: tensor, book.
 """
 
-import json
-import platform
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,8 +21,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.grasping import (
     GraspMotion,
     Move,
@@ -41,7 +36,6 @@ from mjx_inertia.objects import load_catalogue
 from mjx_inertia.robots import Arm, baxter
 from mjx_inertia.spatial import InertialParameters, Pose
 
-OUT = Path("outputs/experiments/grasp_safety")
 IMPACT = 37  # of 50 waypoints: at 1.5 s of 2 s, as in the thesis
 # §5.3.1: the hand goes from (1, 0, 0.03) to (1.1, -0.38, 0.16) without turning, in the base's frame
 TASK = Task("carry", (Move(translation=(0.1, -0.38, 0.13), duration=2.0),))
@@ -53,10 +47,10 @@ OBSTACLES = {"pillar": Pillar(), "bottle": Bottle()}
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    settings: int = 20
-    seed: int = 0
+    settings: int = 20  # of the rings
+    seed: int = 0  # of the settings
 
 
 def ring_settings(count: int, seed: int) -> list[InertialParameters]:
@@ -133,7 +127,9 @@ def table(name: str, masses: np.ndarray, hits: list[dict[str, Collision]]) -> di
     return {**result, f"{name}_effective_mass_spread_percent": round(float(spread), 2)}
 
 
-def draw(name: str, time: np.ndarray, masses: np.ndarray, hits: list[dict[str, Collision]]) -> None:
+def draw(
+    path: Path, time: np.ndarray, masses: np.ndarray, hits: list[dict[str, Collision]]
+) -> None:
     """Heat map of the effective mass and the forces of the lightest, middle and heaviest."""
     figure, axes = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
     extent = (float(time[0]), float(time[-1]), len(masses) - 0.5, -0.5)
@@ -148,14 +144,13 @@ def draw(name: str, time: np.ndarray, masses: np.ndarray, hits: list[dict[str, C
         start = min(hit[obstacle].contact_time for hit in hits)
         axis.set(xlim=(start - 0.01, start + 0.09), xlabel="time, s", ylabel=f"{obstacle}, N")
         axis.legend()
-    OUT.mkdir(parents=True, exist_ok=True)
-    figure.savefig(OUT / f"{name}.svg")
+    figure.savefig(path)
     plt.close(figure)
 
 
-def main() -> None:
-    """Tables, figures and one JSON line."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Tables and figures."""
     start = time.perf_counter()
     runtime.configure(devices=1, float64=True)
     arm = baxter("right")
@@ -164,7 +159,7 @@ def main() -> None:
     cases = [run(arm, body, motion, hand) for body in bodies]
     masses, hits = np.stack([case[0] for case in cases]), [case[1] for case in cases]
     result = table("tensor", masses, hits)
-    draw("tensor", np.asarray(motion.time), masses, hits)
+    draw(folder / "tensor.svg", np.asarray(motion.time), masses, hits)
     body, motions, hands = book_motions(arm)
     books = [
         run(arm, body, *(jax.tree.map(lambda x, i=i: x[i], tree) for tree in (motions, hands)))
@@ -172,10 +167,9 @@ def main() -> None:
     ]
     masses, hits = np.stack([case[0] for case in books]), [case[1] for case in books]
     result |= table("book", masses, hits)
-    draw("book", np.asarray(motions.time)[0], masses, hits)
+    draw(folder / "book.svg", np.asarray(motions.time)[0], masses, hits)
     errors = [float(jnp.max(m.error)) for m in (motion, motions)]
-    print(platform.processor() or platform.machine(), provenance())
-    headline = {
+    return {
         "experiment": "grasp_safety",
         "spearman_effective_mass_vs_peak_force": result["tensor_pillar_spearman"],
         "force_spread_percent": result["tensor_pillar_spread_percent"],
@@ -183,7 +177,6 @@ def main() -> None:
         "worst_pose_error": max(errors),
         "seconds": round(time.perf_counter() - start, 1),
     }
-    print(json.dumps(headline))
 
 
 if __name__ == "__main__":

@@ -14,21 +14,18 @@ the clock starts, in the fastest way that its Python interface was found to offe
 ready for `getFrameJacobian`, and batched NumPy for the small sums. With `rnea` and
 `computeFrameJacobian` called waypoint by waypoint it takes longer (`rival_plain_s`). The two
 alternate, each with one run that is not timed before the one that is; compilation is timed apart,
-from a cold cache. Last line: JSON.
+from a cold cache.
 """
 
 import dataclasses
 import functools
 import itertools
-import json
 import multiprocessing
-import os
-import platform
 import statistics
-import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -42,7 +39,7 @@ from scipy.spatial.transform import Rotation
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.grasping import (
     TASKS,
     GraspMotion,
@@ -64,11 +61,11 @@ TOGETHER = 20  # grasps whose small sums the rival takes at once; more or fewer 
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
     grasps: int = 10_000
-    waypoints: int = 50
-    repeats: int = 5
+    waypoints: int = 50  # of each grasp
+    repeats: int = 5  # of every way, in turn
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -301,9 +298,9 @@ def relative(costs: ndarray, reference: ndarray) -> float:
     return float(np.max(np.abs(costs / reference - 1.0)))
 
 
-def main() -> None:
-    """Plans, times both in turn, compares them, and prints one JSON line."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Plans, times both in turn, and compares them."""
     count, waypoints = options.grasps, options.waypoints
     jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure(float64=True)
@@ -330,26 +327,21 @@ def main() -> None:
     for name, values in seconds.items():
         print(f"{name}: {[round(v, 3) for v in values]} s")
     middle = {name: statistics.median(values) for name, values in seconds.items()}
-    print(platform.processor() or platform.machine(), os.cpu_count(), "cores", provenance())
     print("pinocchio", pinocchio.__version__)
-    print(
-        json.dumps(
-            {
-                "grasps": count,
-                "waypoints": waypoints,
-                **{f"{name}_s": round(value, 3) for name, value in middle.items()},
-                "ratio": round(middle["rival"] / middle["ours"], 2),
-                "ratio_float32": round(middle["rival"] / middle["ours_float32"], 2),
-                "max_relative_difference": relative(costs["ours"], costs["rival"]),
-                "max_relative_difference_float32": relative(costs["ours_float32"], costs["rival"]),
-                "rival_ways_difference": relative(costs["rival_plain"], costs["rival"]),
-                "compile_s": round(compile_s, 1),
-                "states_per_s": round(count * waypoints / middle["ours"]),
-                **planning,
-                "device": provenance()["device"],
-            }
-        )
-    )
+    return {
+        "grasps": count,
+        "waypoints": waypoints,
+        **{f"{name}_s": round(value, 3) for name, value in middle.items()},
+        "ratio": round(middle["rival"] / middle["ours"], 2),
+        "ratio_float32": round(middle["rival"] / middle["ours_float32"], 2),
+        "max_relative_difference": relative(costs["ours"], costs["rival"]),
+        "max_relative_difference_float32": relative(costs["ours_float32"], costs["rival"]),
+        "rival_ways_difference": relative(costs["rival_plain"], costs["rival"]),
+        "compile_s": round(compile_s, 1),
+        "states_per_s": round(count * waypoints / middle["ours"]),
+        **planning,
+        "device": provenance()["device"],
+    }
 
 
 if __name__ == "__main__":

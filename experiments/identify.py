@@ -6,14 +6,12 @@ Trained on the training pushes of the dataset (thesis and grouped splits), judge
 that are simulated anew in double precision, with the noise of the dataset and its floors. `sysid`
 is told the outline of the object, as a camera would; the regressors are not. The bound of a push is
 that of `sysid`'s seven unknowns, beliefs included; ratios to it are taken where the push, and not
-the belief, decides (the bound is below a third of the belief). Last line: JSON.
+the belief, decides (the bound is below a third of the belief).
 """
 
-import json
-import platform
-import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -27,7 +25,6 @@ from mjx_inertia.dataset import (
     SensorNoise,
     SimulatedSettings,
     add_noise,
-    provenance,
     simulated_source,
 )
 from mjx_inertia.dataset.plan import known_setup, select_pushes
@@ -40,12 +37,12 @@ from mjx_inertia.estimators.sysid import (
     to_coordinates,
 )
 from mjx_inertia.evaluation import percent_difference
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.features import examples
 from mjx_inertia.features import take_examples as take_rows
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushRecord, build_scene, simulate
-from mjx_inertia.settings import SweepSettings, compose
+from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import tabulate
 
 DECIDED = 1 / 3  # bound over the belief's deviation, above which the belief decides
@@ -54,9 +51,9 @@ UNITS = {"mass": "percent", "inertia": "percent", "com_x": "mm", "com_y": "mm"}
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options beside those of the sweep."""
 
-    pushes: int = 480
+    pushes: int = 480  # of each split's test pushes, evenly chosen
 
 
 def exact_records(settings: SimulatedSettings, plan: PushPlan) -> PushRecord:
@@ -188,19 +185,12 @@ def compare(settings: SweepSettings, pushes: int) -> dict[str, dict[str, Any]]:
     return results
 
 
-def main() -> None:
-    """Prints one line for each estimator and split, and one JSON line."""
-    own = [a for a in sys.argv[1:] if a.startswith("identify.")]
-    others = [a for a in sys.argv[1:] if a not in own]
-    options = read_options(Options, own, prefix="identify.")
-    try:
-        settings, _ = compose(["experiment=identify", *others])
-        runtime.configure(settings.devices)
-        results = compare(settings, options.pushes)
-    except (ValueError, FileNotFoundError) as error:
-        raise SystemExit(f"error: {error}") from None
-    print(platform.processor() or platform.machine(), provenance())
-    print(json.dumps({"experiment": "identify", "pushes": options.pushes, **results}))
+@experiment(SweepSettings, Options, prefix="identify")
+def main(settings: SweepSettings, options: Options, _folder: Path) -> dict[str, Any]:
+    """Prints one line for each estimator and split."""
+    runtime.configure(settings.devices)
+    results = compare(settings, options.pushes)
+    return {"experiment": "identify", "pushes": options.pushes, **results}
 
 
 if __name__ == "__main__":

@@ -6,19 +6,17 @@ A batch of unlike meshes (tori, cylinders, capsules, convex rocks of 100 to 1,30
 the largest, and one of deformations of a single mesh, in double precision on one device. trimesh
 runs its own function on the triangles, without the making of its mesh objects. Both start from
 NumPy arrays and end there, alternating in one process; compilation is timed apart. A single mesh
-is timed with all its checks. Last line: JSON.
+is timed with all its checks.
 """
 
-import json
-import os
-import platform
 import statistics
-import sys
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
+from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -28,7 +26,7 @@ from numpy import ndarray
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.objects import mass_properties, polyhedron_properties
 from mjx_inertia.spatial import InertialParameters
 
@@ -37,10 +35,10 @@ DENSITY = 1000.0  # kg/m³
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    meshes: int = 256
-    repeats: int = 7
+    meshes: int = 256  # of a batch
+    repeats: int = 7  # of both, in turn
 
 
 def unlike_meshes(count: int) -> list[trimesh.Trimesh]:
@@ -139,9 +137,9 @@ def compare(meshes: list[trimesh.Trimesh], repeats: int, *, shared: bool) -> dic
     }
 
 
-def main() -> None:
-    """Measures, prints all times of both, and one JSON line."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Measures and prints all times of both."""
     count, repeats = options.meshes, options.repeats
     jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure(devices=1, float64=True)
@@ -151,28 +149,23 @@ def main() -> None:
     checked = statistics.median(
         timed(lambda m=m: mass_properties(m.vertices, m.faces, DENSITY))[0] for m in unlike[:32]
     )
-    print(platform.processor() or platform.machine(), os.cpu_count(), "cores", provenance())
     print("trimesh", version("trimesh"), "numpy", version("numpy"))
     sizes = [len(m.faces) for m in unlike]
-    print(
-        json.dumps(
-            {
-                "ours_meshes_per_s": round(batch["ours"], 1),
-                "trimesh_meshes_per_s": round(batch["trimesh"], 1),
-                "ratio": round(batch["ours"] / batch["trimesh"], 2),
-                "max_relative_difference": max(batch["difference"], deformed["difference"]),
-                "deformed_ours_meshes_per_s": round(deformed["ours"], 1),
-                "deformed_trimesh_meshes_per_s": round(deformed["trimesh"], 1),
-                "deformed_ratio": round(deformed["ours"] / deformed["trimesh"], 2),
-                "checked_single_mesh_ms": round(1e3 * checked, 1),
-                "compile_s": round(batch["compile_s"], 2),
-                "meshes": count,
-                "faces_median": statistics.median(sizes),
-                "faces_max": max(sizes),
-                "device": provenance()["device"],
-            }
-        )
-    )
+    return {
+        "ours_meshes_per_s": round(batch["ours"], 1),
+        "trimesh_meshes_per_s": round(batch["trimesh"], 1),
+        "ratio": round(batch["ours"] / batch["trimesh"], 2),
+        "max_relative_difference": max(batch["difference"], deformed["difference"]),
+        "deformed_ours_meshes_per_s": round(deformed["ours"], 1),
+        "deformed_trimesh_meshes_per_s": round(deformed["trimesh"], 1),
+        "deformed_ratio": round(deformed["ours"] / deformed["trimesh"], 2),
+        "checked_single_mesh_ms": round(1e3 * checked, 1),
+        "compile_s": round(batch["compile_s"], 2),
+        "meshes": count,
+        "faces_median": statistics.median(sizes),
+        "faces_max": max(sizes),
+        "device": provenance()["device"],
+    }
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ slow pushes (`mcube_quasistatic.npz`, `three_point_block/` below PATH, where the
 """
 
 import dataclasses
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -36,7 +35,7 @@ from mjx_inertia.estimators import (
     predict_newton,
 )
 from mjx_inertia.evaluation import Section
-from mjx_inertia.experiment import run_experiment
+from mjx_inertia.experiment import experiment, sweep_result
 from mjx_inertia.objects import ObjectModel, friction_radius, load_mcube_objects
 from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import SweepResult
@@ -258,5 +257,11 @@ def real_pushes(
     return sections, entries
 
 
+@experiment(SweepSettings)
+def main(settings: SweepSettings, folder: Path) -> dict[str, Any]:
+    """Runs the main job and the methods that need no training on features."""
+    return sweep_result("mdataset", settings, folder, real_pushes)
+
+
 if __name__ == "__main__":
-    run_experiment("mdataset", sys.argv[1:], real_pushes)
+    main()

@@ -1,8 +1,8 @@
 """MOEA/D of this package against pymoo's MOEA/D, NSGA-II and NSGA-III on seven known problems.
 
     pip install -e ".[rival]"
-    python experiments/moead_benchmarks.py [seeds=11] [evaluations=0] [problems=zdt1,dtlz2]
-        [rivals=nsga2]
+    python experiments/moead_benchmarks.py [seeds=11] [evaluations=0] [problems=[zdt1,dtlz2]]
+        [rivals=[nsga2]]
 
 ZDT1 to 4 and 6 with two costs (25,000 evaluations, 100 rows) and DTLZ1 and 2 with three (30,000
 evaluations, 91 rows); `evaluations` replaces both numbers. All have as many weights, reference
@@ -17,21 +17,18 @@ without being nearer to the front. A rival is better or worse where a two-sided 
 all seeds says so at 5%. Seconds of ours are of all seeds together, without compilation, and
 evaluate the problem too; the rivals' are of one core in Python. At the end a generation
 is timed, in milliseconds of CPU (median of 5 runs of 300), on DTLZ2, whose own costs are next to
-nothing. Last line: JSON.
+nothing.
 """
 
 # pyright: reportMissingImports=false
 # pymoo is of the extra `rival`
 
 import dataclasses
-import json
-import os
-import platform
 import statistics
-import sys
 import time
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal, get_args
 
 import jax
 import numpy as np
@@ -47,7 +44,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 from scipy.stats import mannwhitneyu
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
+from mjx_inertia.experiment import experiment
 from mjx_inertia.pareto import hypervolume, inverted_generational_distance
 from mjx_inertia.search import ArchiveSettings, MoeadSettings, Problem, VariationSettings, moead
 from mjx_inertia.search.benchmarks import dtlz, dtlz_front, zdt, zdt_front
@@ -63,7 +60,18 @@ SETTINGS = {
 EVALUATIONS = {2: 25_000, 3: 30_000}
 RIVALS = {2: ("moead", "nsga2"), 3: ("moead", "nsga3")}
 DIVISIONS = {2: 99, 3: 12}
-NAMES = ("zdt1", "zdt2", "zdt3", "zdt4", "zdt6", "dtlz1", "dtlz2")
+Name = Literal["zdt1", "zdt2", "zdt3", "zdt4", "zdt6", "dtlz1", "dtlz2"]
+Rival = Literal["moead", "nsga2", "nsga3"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Command-line options."""
+
+    seeds: int = 11
+    evaluations: int = 0  # of every search; 0: `EVALUATIONS`
+    problems: tuple[Name, ...] = get_args(Name)
+    rivals: tuple[Rival, ...] = get_args(Rival)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -199,20 +207,18 @@ def _line(row: dict[str, float]) -> str:
     return f"igd {row['igd']:.5f}  hv {row['hypervolume']:.5f}  {row['seconds']:.1f} s"
 
 
-def main() -> None:
-    """Compares on every problem and prints one JSON line."""
-    options = dict(a.split("=") for a in sys.argv[1:])
-    seeds, evaluations = int(options.get("seeds", 11)), int(options.get("evaluations", 0))
-    names = options["problems"].split(",") if "problems" in options else NAMES
-    rivals = tuple(options.get("rivals", "moead,nsga2,nsga3").split(","))
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Compares on every problem."""
+    seeds = options.seeds
     runtime.configure(1, float64=True)
     for count, settings in SETTINGS.items():
         print(f"{count} costs: {settings}")
     rows = {}
-    for name in names:
+    for name in options.problems:
         task = benchmark(name)
-        rows[name] = compared(task, evaluations or EVALUATIONS[task.costs], seeds, rivals)
-    print(platform.processor() or platform.machine(), os.cpu_count(), "cores", provenance())
+        evaluations = options.evaluations or EVALUATIONS[task.costs]
+        rows[name] = compared(task, evaluations, seeds, options.rivals)
     print("pymoo", pymoo.__version__, "seeds", seeds)
     speed = generation_ms()
     print("ms of CPU a generation:", speed)
@@ -225,7 +231,7 @@ def main() -> None:
         if k.endswith("_ours_is")
     ]
     counts = {word: words.count(word) for word in ("better", "alike", "worse")}
-    print(json.dumps({"seeds": seeds, **counts, "generation_ms": speed, "problems": rows}))
+    return {"seeds": seeds, **counts, "generation_ms": speed, "problems": rows}
 
 
 if __name__ == "__main__":

@@ -12,13 +12,10 @@ The thesis' forest and boosted trees estimate them from single pushes, trained o
 The objects are pushed as the training set pushes. `sysid` needs no training; it is told what the
 tip can touch of the object, seen from above, and the size of its outline, whose c it takes as a
 belief. Pushes that lose contact before their end are left out, of training and test alike. Stores
-are made under data/ where they are missing. Last line: JSON.
+are made under data/ where they are missing. Figure: errors.
 """
 
 import dataclasses
-import json
-import platform
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +28,11 @@ from mjx_inertia.dataset import (
     ShapesProtocol,
     SimulatedSettings,
     Source,
-    provenance,
     simulated_source,
 )
 from mjx_inertia.estimators import ESTIMATORS, Estimate, EstimateStatus
 from mjx_inertia.evaluation import percent_difference
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.features import take_examples
 from mjx_inertia.objects import load_catalogue
 from mjx_inertia.pushing import PushStatus
@@ -65,11 +61,11 @@ TRAINING: dict[str, tuple[list[str], dict[str, Any]]] = {
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    pushes: int = 20
-    sysid: int = 8
-    shapes: int = 4800
+    pushes: int = 20  # of each object
+    sysid: int = 8  # of them for `sysid`
+    shapes: int = 4800  # that the third training set draws
 
 
 def source_of(settings: SimulatedSettings) -> Source:
@@ -183,14 +179,13 @@ def draw(results: dict[str, dict[str, np.ndarray]], path: Path) -> None:
         axis.set_ylabel(f"{label}: mean |error|, %")
         axis.set_xticks(np.arange(6), [name.replace("_", "\n") for name in TABLE_3_2])
     axes[0].legend(fontsize=8, ncols=3)
-    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path)
     plt.close(figure)
 
 
-def main() -> None:
-    """Prints errors by object, writes the figure, and one JSON line."""
-    options = read_options(Options, sys.argv[1:], prefix="novel.")
+@experiment(Options, prefix="novel")
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Prints errors by object and writes the figure."""
     runtime.configure()
     pushing = tuple(load_catalogue(category="Pushing"))
     names = (*TABLE_3_2, *(name for name in pushing if name not in TABLE_3_2))
@@ -210,11 +205,8 @@ def main() -> None:
         for name, e in errors.items():
             mass, inertia = np.nanmean(np.abs(e), axis=0)
             print(f"  {name:18} {mass:6.1f} {inertia:6.1f}  ({np.isfinite(e[:, 0]).sum()})")
-    draw(
-        {m: e for m, e in results.items() if not m.endswith("mean")},
-        Path("outputs/experiments/novel_objects/errors.svg"),
-    )
-    print(platform.processor() or platform.machine(), provenance())
+    shown = {m: e for m, e in results.items() if not m.endswith("mean")}
+    draw(shown, folder / "errors.svg")
     headline = {method: summary(errors) for method, errors in results.items()}
     mass = "mass_abs_mean_percent"
     shares = {
@@ -223,7 +215,7 @@ def main() -> None:
         )
         for name in ("forest", "boosted", "mlp")
     }
-    print(json.dumps({"experiment": "novel_objects", **headline, **shares}))
+    return {"experiment": "novel_objects", **headline, **shares}
 
 
 if __name__ == "__main__":

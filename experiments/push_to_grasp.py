@@ -7,13 +7,10 @@ noise), `sysid` estimates mass, I_zz and CoM with their covariance, and the shap
 density completes them to ten parameters. Baxter's left arm then grasps it for a pick and place: the
 grasp of least effort, and the one of least gripping force, by the estimate, by its 95 % quantile
 and by the worst of its ellipsoid, against the best under the truth; and how the regret grows with
-the error of an estimate. Writes a figure to outputs/experiments/push_to_grasp; last line: JSON.
+the error of an estimate. Figure: regret.
 """
 
 import dataclasses
-import json
-import platform
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -27,10 +24,10 @@ from jaxtyping import Array, Float
 from scipy import stats
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import SensorNoise, add_noise, provenance
+from mjx_inertia.dataset import SensorNoise, add_noise
 from mjx_inertia.estimators import EstimateStatus
 from mjx_inertia.estimators.sysid import SysidSettings, sysid
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.features import Examples
 from mjx_inertia.grasping import (
     PARALLEL_JAW_80MM,
@@ -78,7 +75,6 @@ from mjx_inertia.spatial import (
     to_ten_vector,
 )
 
-OUT = Path("outputs/experiments/push_to_grasp")
 TASK = "pick_and_place_1"
 PLACE = (0.6, 0.3, -0.15)  # of the object, in the robot's frame
 WIDE = dataclasses.replace(
@@ -94,12 +90,12 @@ Cost = Callable[[InertialParameters], Float[Array, " n"]]
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    object: str = "clay_brick"
-    grasps: int = 500
+    object: str = "clay_brick"  # of the catalogue
+    grasps: int = 500  # sampled
     pushes: int = 2
-    seed: int = 0
+    seed: int = 0  # of pushes, noise, grasps and errors
 
 
 def push(obj: ObjectModel, count: int, seed: int) -> tuple[PlanarInertia, np.ndarray, list[str]]:
@@ -146,9 +142,7 @@ def push(obj: ObjectModel, count: int, seed: int) -> tuple[PlanarInertia, np.nda
     status = np.asarray(answer.status)
     fine = np.flatnonzero(status == EstimateStatus.OK)
     if not len(fine):
-        raise SystemExit(
-            f"error: no push was identified: {[EstimateStatus(s).name for s in status]}"
-        )
+        raise ValueError(f"no push was identified: {[EstimateStatus(s).name for s in status]}")
     # the CoM of an estimate counts from the point of first contact, x along the inward normal
     left = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     turn = np.tile(np.eye(4), (count, 1, 1))
@@ -299,7 +293,7 @@ def payload_part(effort: Cost, truth: InertialParameters, valid: np.ndarray) -> 
     }
 
 
-def draw(results: dict[str, dict[str, Any]]) -> None:
+def draw(results: dict[str, dict[str, Any]], path: Path) -> None:
     """Regret over the error of an estimate."""
     figure, axis = plt.subplots(figsize=(6, 4), layout="constrained")
     for (name, result), color in zip(results.items(), ("tab:blue", "tab:orange"), strict=True):
@@ -310,19 +304,16 @@ def draw(results: dict[str, dict[str, Any]]) -> None:
     axis.set(xscale="log", xlabel="error of mass, and of CoM over half extents, %")
     axis.set(ylabel="regret, % of the best")
     axis.legend()
-    OUT.mkdir(parents=True, exist_ok=True)
-    figure.savefig(OUT / "regret.svg")
+    figure.savefig(path)
     plt.close(figure)
 
 
-def main() -> None:
-    """Prints the estimate and the choices, draws the figure, and prints one JSON line."""
-    options, begin = read_options(Options, sys.argv[1:]), time.perf_counter()
+@experiment(Options)
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Prints the estimate and the choices, and draws the figure."""
+    begin = time.perf_counter()
     runtime.configure(float64=True)
-    try:
-        obj = load_catalogue([options.object])[options.object]
-    except ValueError as error:
-        raise SystemExit(f"error: {error}") from None
+    obj = load_catalogue([options.object])[options.object]
     truth = jax.tree.map(lambda x: jnp.asarray(x, float), obj.inertial)
     pushed, covariance, statuses = push(obj, options.pushes, options.seed)
     belief = belief_of_push(pushed, covariance, shape_of(obj))
@@ -345,7 +336,7 @@ def main() -> None:
     counts = {s.name: int(np.sum(status == s)) for s in GraspStatus if np.any(status == s)}
     rows = np.flatnonzero(status == GraspStatus.OK)
     if not len(rows):
-        raise SystemExit(f"error: no grasp of {obj.name} can be carried out: {counts}")
+        raise ValueError(f"no grasp of {obj.name} can be carried out: {counts}")
     hands, found, contacts = jax.tree.map(
         lambda x: jnp.asarray(x)[rows], (hands, found, sample.grasps.contacts)
     )
@@ -367,25 +358,20 @@ def main() -> None:
     for name, result in results.items():
         print(f"{name}: regret, %, by rule {result['regret_percent']}")
         print(f"  mean by error of the estimate, % {result['regret_mean_percent_by_error']}")
-    draw(results)
-    print(platform.processor() or platform.machine(), provenance())
-    print(
-        json.dumps(
-            {
-                "experiment": "push_to_grasp",
-                "object": obj.name,
-                "estimate": off,
-                "statuses": counts,
-                "over_torque_limit_under_truth": int(np.sum(~np.asarray(within))),
-                "quadratic_form_relative_difference": agrees,
-                "regret_percent": results["effort"]["regret_percent"]["center"],
-                "regret_mean_percent_by_error": results["effort"]["regret_mean_percent_by_error"],
-                "payload_part_of_effort": payload_part(effort, truth, np.asarray(within)),
-                **results,
-                "seconds": round(time.perf_counter() - begin, 1),
-            }
-        )
-    )
+    draw(results, folder / "regret.svg")
+    return {
+        "experiment": "push_to_grasp",
+        "object": obj.name,
+        "estimate": off,
+        "statuses": counts,
+        "over_torque_limit_under_truth": int(np.sum(~np.asarray(within))),
+        "quadratic_form_relative_difference": agrees,
+        "regret_percent": results["effort"]["regret_percent"]["center"],
+        "regret_mean_percent_by_error": results["effort"]["regret_mean_percent_by_error"],
+        "payload_part_of_effort": payload_part(effort, truth, np.asarray(within)),
+        **results,
+        "seconds": round(time.perf_counter() - begin, 1),
+    }
 
 
 if __name__ == "__main__":

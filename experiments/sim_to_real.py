@@ -9,13 +9,10 @@ tell the error.
 
 How far the training mean is off depends on which masses are drawn, so two sets are: `wide`, 0.3 to
 6 kg, whose mean is far from the real objects, and `near`, the part of it from 0.4 to 2.5 kg.
-Headline: `wide`. Last line: JSON.
+Headline: `wide`.
 """
 
-import json
 import os
-import platform
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +30,6 @@ from mjx_inertia.dataset import (
     SensorNoise,
     add_noise,
     load_mcube_folder,
-    provenance,
 )
 from mjx_inertia.dataset.mcube_file import Signal
 from mjx_inertia.dataset.mcube_resample import velocities
@@ -45,7 +41,7 @@ from mjx_inertia.dataset.slider_plan import (
     sliders_plan,
 )
 from mjx_inertia.estimators import ESTIMATORS, BoostedSettings, MeanSettings, MlpSettings
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.features import Examples, examples, take_examples
 from mjx_inertia.objects import cuboid
 from mjx_inertia.pushing import PushRecord, SceneSettings, build_scene, simulate
@@ -65,10 +61,10 @@ LEARNERS: dict[str, tuple[str, Any]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    root: str = ""
-    pushes: int = 12_000
+    root: str | None = None  # of the real pushes; None: `MJX_INERTIA_DATA`
+    pushes: int = 12_000  # simulated
     seed: int = 0
 
 
@@ -268,27 +264,23 @@ def headline(figures: dict[str, dict[str, Any]]) -> dict[str, float | int]:
     return entries
 
 
-def main(arguments: Sequence[str]) -> None:
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
     """Simulates, trains, tests and prints."""
     start = time.perf_counter()
-    options = read_options(Options, arguments)
     root = options.root or os.environ.get("MJX_INERTIA_DATA")
     if not root:
-        raise SystemExit("error: no real pushes: give root=PATH or set MJX_INERTIA_DATA to it")
+        raise ValueError("no real pushes: give root=PATH or set MJX_INERTIA_DATA to it")
     runtime.configure()
-    try:
-        real = load_mcube_folder(Path(root), rate=RATE, progress=False)
-    except (ValueError, FileNotFoundError) as error:
-        raise SystemExit(f"error: {error}") from None
+    real = load_mcube_folder(Path(root), rate=RATE, progress=False)
     batch = simulated(SlidersProtocol(pushes=options.pushes), options.seed)
     figures = trained_and_tested(batch, real, options.seed)
     for name, by_rows in figures.items():
         for rows, values in by_rows.items():
             print(f"{name:14s} {rows:24s} {values}")
-    print(platform.processor() or platform.machine(), provenance())
     seconds = round(time.perf_counter() - start, 1)
-    print(json.dumps({"experiment": "sim_to_real", "seconds": seconds, **headline(figures)}))
+    return {"experiment": "sim_to_real", "seconds": seconds, **headline(figures)}
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -1,23 +1,19 @@
 """What moves the base of the space robot, and what does not (errata 30).
 
     python experiments/space_base.py [generations=250] [spatial_generations=50] [seed=0]
-                                     [robots=planar,servicer]
+                                     [robots=[planar,servicer]]
 
 Without momentum the centre of mass stays, so where the base ends follows from the joints' end and
 from its own attitude, whatever the way there. For each robot: the base's translation over random
 decisions with one end; then the same joints' end freed while the object's target stays (`arrive`,
 and elbows that swing where arms have them), searched by MOEA/D for translation against turn. For
 the planar robot also a bound: the least translation over all attitudes and both elbows of each arm.
-Last line: JSON.
 """
 
 import dataclasses
 import itertools
-import json
-import os
-import platform
-import sys
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
@@ -27,8 +23,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.search import MoeadSettings, moead
 from mjx_inertia.space import (
     BOUND,
@@ -45,26 +40,19 @@ from mjx_inertia.space import (
 DECISIONS = 512
 NEAR = 2e-3  # m: so near to its target the object counts as arrived
 TURNS = np.linspace(-0.8, 0.8, 161)  # rad
-ROBOTS = ("planar", "servicer")
+Robot = Literal["planar", "servicer"]
 # of the servicer: share of the coefficients' box, and rad of its elbows
 SHARE, SWING = 0.2, 3.0
 
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Of the script.
+    """Command-line options."""
 
-    Attributes:
-      generations: of MOEA/D for the planar robot.
-      spatial_generations: the same for the servicer.
-      seed: of the searches.
-      robots: that are shown.
-    """
-
-    generations: int = 250
-    spatial_generations: int = 50
-    seed: int = 0
-    robots: tuple[str, ...] = ROBOTS
+    generations: int = 250  # of MOEA/D for the planar robot
+    spatial_generations: int = 50  # the same for the servicer
+    seed: int = 0  # of the searches
+    robots: tuple[Robot, ...] = ("planar", "servicer")
 
 
 def one_end(m: Manoeuvre, share: float) -> dict[str, Any]:
@@ -127,13 +115,10 @@ def bounds(m: Manoeuvre) -> dict[str, list[float]]:
     return found
 
 
-def main(arguments: list[str]) -> None:
-    """Runs the robots and prints the JSON line."""
-    options = read_options(Options, arguments)
-    if unknown := set(options.robots) - set(ROBOTS):
-        raise SystemExit(f"error: robots={','.join(sorted(unknown))}: expected some of {ROBOTS}")
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Runs the robots."""
     runtime.configure(float64=True)
-    print(platform.processor() or platform.machine(), f"{os.cpu_count()} cores", provenance())
     figures: dict[str, Any] = {"experiment": "space_base"}
     for name in options.robots:
         if name == "planar":
@@ -152,8 +137,8 @@ def main(arguments: list[str]) -> None:
         print(f"\n{m.robot.name}")
         for key, value in figures[name].items():
             print(f"  {key}: {value}")
-    print(json.dumps(figures))
+    return figures
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -1,7 +1,7 @@
 """Chapter 7: trajectories of the space robot that spare the object it has captured.
 
     python experiments/space_robot.py [generations=5000] [repeats=3] [gif=1] [seed=0]
-                                      [parts=thesis,consistent,replay,servicer]
+                                      [parts=[thesis,consistent,replay,servicer]]
 
 1. As the thesis sets it (six independent joints, momentum of the robot alone, Table 7.1): the three
    sub-problems of Fig. 7.2 and all nine objectives at once, `generations` of MOEA/D in all, beside
@@ -13,19 +13,13 @@
 3. The chosen trajectory in C MuJoCo: predicted and simulated drift and wrenches, and what the model
    of the thesis would have predicted.
 4. Three dimensions: two arms of seven joints on a satellite, the same optimisers, MuJoCo.
-
-Figures go to `outputs/experiments/space_robot`. Last line: JSON.
 """
 
 import dataclasses
-import json
-import os
-import platform
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import jax
 import jax.numpy as jnp
@@ -35,8 +29,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.pareto import knee
 from mjx_inertia.search import (
     ArchiveSettings,
@@ -73,7 +66,6 @@ from mjx_inertia.space import (
     servicer_manoeuvre,
 )
 
-OUT = Path("outputs/experiments/space_robot")
 GRADIENT_STEPS, DIRECTIONS = 100, 21  # a lattice of three costs has 21 weights
 GRADIENT = {
     "weights": DIRECTIONS,
@@ -82,7 +74,7 @@ GRADIENT = {
     "learning_rate": 0.02,
     "smoothing": 0.02,
 }
-PARTS = ("thesis", "consistent", "replay", "servicer")
+Part = Literal["thesis", "consistent", "replay", "servicer"]
 COMPROMISE = ("force", "moment", "base_turn")
 SPARING = ("object_force", "object_moment", "base_turn")
 REACHING, REACHING_STEPS = StrategySettings(weights=1, population=24), 400
@@ -91,21 +83,13 @@ SUB_PROBLEMS = {"wrench": WRENCH, "base": BASE_DRIFT, "end effectors": HANDS}
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Of the script.
+    """Command-line options."""
 
-    Attributes:
-      generations: of MOEA/D for the thesis' run, over all of its sub-problems.
-      repeats: seeds of each optimiser where they are compared.
-      gif: whether the animation is drawn, 1 or 0.
-      seed: of the first.
-      parts: that run.
-    """
-
-    generations: int = 5000
-    repeats: int = 3
-    gif: int = 1
-    seed: int = 0
-    parts: tuple[str, ...] = PARTS
+    generations: int = 5000  # of MOEA/D for the thesis' run, over all of its sub-problems
+    repeats: int = 3  # seeds of each optimiser where they are compared
+    gif: int = 1  # whether the animations are drawn, 1 or 0
+    seed: int = 0  # of the first
+    parts: tuple[Part, ...] = get_args(Part)
 
 
 def nine(m: Manoeuvre, decisions: Float[ndarray, "n c"]) -> Float[ndarray, "n 9"]:
@@ -138,7 +122,7 @@ def show(title: str, baseline: Float[ndarray, "9"], rows: dict[str, Float[ndarra
         print(f"{name:28}" + "".join(f"{x:12.3g}" for x in costs))
 
 
-def thesis_run(options: Options) -> dict[str, Any]:
+def thesis_run(options: Options, folder: Path) -> dict[str, Any]:
     """Part 1."""
     m = planar_manoeuvre(AS_PRINTED)
     straight = nine(m, np.zeros((1, m.size)))[0]
@@ -172,16 +156,16 @@ def thesis_run(options: Options) -> dict[str, Any]:
     decision = aimed.front()[0][0]
     rows["toward the wish"] = nine(m, decision[None])[0]
     show("As printed: independent joints, momentum of the robot", straight, rows)
-    fronts_figure(fronts, baseline).savefig(OUT / "fronts.svg")
+    fronts_figure(fronts, baseline).savefig(folder / "fronts.svg")
     shown = np.concatenate([costs, rows["toward the wish"][None]])
     chosen |= {"toward the wish": len(costs)}
-    parallel_figure(shown, THESIS, chosen, straight).savefig(OUT / "parallel.svg")
+    parallel_figure(shown, THESIS, chosen, straight).savefig(folder / "parallel.svg")
     way = path(m, jnp.asarray(decision), np.linspace(0.0, 1.0, 201))
-    path_figure(m.robot, way).savefig(OUT / "path_as_printed.svg")
+    path_figure(m.robot, way).savefig(folder / "path_as_printed.svg")
     apart = np.asarray(way.nodes.closure).max(0)
     made, volume = progress(result, 2.0 * straight)
     share = volume / np.prod(2.0 * straight)
-    progress_figure({"all nine": (made, share)}).savefig(OUT / "progress_of_nine.svg")
+    progress_figure({"all nine": (made, share)}).savefig(folder / "progress_of_nine.svg")
     print(f"{evaluations} evaluations in {seconds:.0f} s, {len(costs)} on the front of nine")
     print(f"its hypervolume, a share of twice the straight quintic: {np.round(share[::5], 4)}")
     print(f"the chosen joints pull the hands' objects {apart[0]:.2g} m, {apart[1]:.2g} rad apart")
@@ -261,7 +245,9 @@ def compared(
     return figures, runs, (decisions, costs)
 
 
-def consistent_run(options: Options, m: Manoeuvre) -> tuple[dict[str, Any], Float[ndarray, " c"]]:
+def consistent_run(
+    options: Options, m: Manoeuvre, folder: Path
+) -> tuple[dict[str, Any], Float[ndarray, " c"]]:
     """Part 2: what the optimisers reach, and the decision that is taken."""
     print("\nOptimisers, planar robot, joints that obey the grasp")
     posed = problem(m, COMPROMISE)
@@ -269,11 +255,11 @@ def consistent_run(options: Options, m: Manoeuvre) -> tuple[dict[str, Any], Floa
     figures, runs, (decisions, costs) = compared(
         posed, options, options.generations // 10, straight
     )
-    progress_figure(runs).savefig(OUT / "progress.svg")
+    progress_figure(runs).savefig(folder / "progress.svg")
     row = knee(costs)
     baseline: dict[str, float] = dict(zip(COMPROMISE, straight, strict=True))
     fronts_figure({"joints that obey the grasp": (COMPROMISE, costs)}, baseline).savefig(
-        OUT / "compromise.svg"
+        folder / "compromise.svg"
     )
     both = nine(m, np.stack([np.zeros(m.size), decisions[row]]))
     ends = {
@@ -305,16 +291,16 @@ def replays(m: Manoeuvre, decision: Float[ndarray, " c"]) -> dict[str, Any]:
     return figures
 
 
-def spatial_run(options: Options) -> dict[str, Any]:
+def spatial_run(options: Options, folder: Path) -> dict[str, Any]:
     """Part 4: the servicer; taken is the row of the least worst share of the straight quintic."""
     print("\nOptimisers, servicer")
     m = servicer_manoeuvre()
     posed = shrunk(problem(m, SPARING), 0.1)
     straight = np.asarray(jax.jit(posed.evaluate)(jnp.zeros(m.size)).costs)
     found, runs, (_, costs) = compared(posed, options, options.generations // 25, straight)
-    progress_figure(runs).savefig(OUT / "servicer_progress.svg")
+    progress_figure(runs).savefig(folder / "servicer_progress.svg")
     baseline: dict[str, float] = dict(zip(SPARING, straight, strict=True))
-    fronts_figure({"servicer": (SPARING, costs)}, baseline).savefig(OUT / "servicer_front.svg")
+    fronts_figure({"servicer": (SPARING, costs)}, baseline).savefig(folder / "servicer_front.svg")
     aimed, _ = timed(
         lambda: evolution_strategies(
             toward(posed, straight), REACHING, REACHING_STEPS // 2, key=jax.random.key(options.seed)
@@ -323,10 +309,10 @@ def spatial_run(options: Options) -> dict[str, Any]:
     best = aimed.front()[0][0]
     reached = np.asarray(jax.jit(posed.evaluate)(best).costs)
     path_figure(m.robot, path(m, best, np.linspace(0.0, 1.0, 201))).savefig(
-        OUT / "servicer_path.svg"
+        folder / "servicer_path.svg"
     )
     if options.gif:
-        save_animation(OUT / "servicer.gif", m, best)
+        save_animation(folder / "servicer.gif", m, best)
     apart = disagreement(replay(m, best))
     shares = {
         "chosen": (reached / straight).tolist(),
@@ -338,36 +324,32 @@ def spatial_run(options: Options) -> dict[str, Any]:
     return {**figures, "replay": dataclasses.asdict(apart)}
 
 
-def main(arguments: list[str]) -> None:
-    """Runs the parts and prints the JSON line."""
-    options = read_options(Options, arguments)
-    if unknown := set(options.parts) - set(PARTS):
-        raise SystemExit(f"error: parts={','.join(sorted(unknown))}: expected some of {PARTS}")
+@experiment(Options)
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Runs the parts."""
     runtime.configure(float64=True)
-    print(platform.processor() or platform.machine(), f"{os.cpu_count()} cores", provenance())
-    OUT.mkdir(parents=True, exist_ok=True)
     m = planar_manoeuvre(ManoeuvreSettings(), PlanarSettings(link_inertia="physical"))
     best = np.zeros(m.size)
     figures: dict[str, Any] = {"experiment": "space_robot"}
     if "thesis" in options.parts:
-        printed = thesis_run(options)
+        printed = thesis_run(options, folder)
         figures |= {name: printed[name] for name in ("evaluations", "seconds")}
         figures |= printed["toward the wish"] | {"as_printed": printed}
     if "consistent" in options.parts:
-        found, best = consistent_run(options, m)
+        found, best = consistent_run(options, m, folder)
         runs = found["optimisers"].items()
         figures["hypervolume"] = {name: run["hypervolume"] for name, run in runs}
         figures["consistent"] = found
         way = path(m, jnp.asarray(best), np.linspace(0.0, 1.0, 201))
-        path_figure(m.robot, way).savefig(OUT / "path.svg")
+        path_figure(m.robot, way).savefig(folder / "path.svg")
         if options.gif:
-            save_animation(OUT / "manoeuvre.gif", m, jnp.asarray(best))
+            save_animation(folder / "manoeuvre.gif", m, jnp.asarray(best))
     if "replay" in options.parts:
         figures["replay"] = replays(m, best)
     if "servicer" in options.parts:
-        figures["servicer"] = spatial_run(options)
-    print(json.dumps(figures))
+        figures["servicer"] = spatial_run(options, folder)
+    return figures
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -11,20 +11,18 @@ samples of a Gauss quadrature, all cores, and MOEA/D in one compiled program. Wh
 worth without the rest, `rival_same_nodes` tells: the same NumPy at our nodes. Evaluations are those
 that each search says it has made. The largest relative
 difference of the costs over random decisions is printed first, for each number of nodes. Both run
-alternately in this process; compilation is timed apart. Last line: JSON.
+alternately in this process; compilation is timed apart.
 """
 
 # pyright: reportMissingImports=false
 # pymoo is of the extra `rival`
 
 import dataclasses
-import json
-import os
-import platform
 import statistics
-import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -37,8 +35,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.search import ArchiveSettings, MoeadSettings, moead
 from mjx_inertia.search.problem import evaluate_all
 from mjx_inertia.search.weights import spread_weights
@@ -62,19 +59,12 @@ CHECKED = 200  # random decisions
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """Of the script.
+    """Command-line options."""
 
-    Attributes:
-      generations: of our MOEA/D in one run.
-      rival_generations: of pymoo's.
-      repeats: of both.
-      nodes: of our quadrature.
-    """
-
-    generations: int = 20
-    rival_generations: int = 2
-    repeats: int = 5
-    nodes: int = 32
+    generations: int = 20  # of our MOEA/D in one run
+    rival_generations: int = 2  # of pymoo's
+    repeats: int = 5  # of both, in turn
+    nodes: int = 32  # of our quadrature
 
 
 class Rival:
@@ -218,14 +208,13 @@ def differences(
     return found
 
 
-def main(arguments: list[str]) -> None:
-    """Prints the differences, the speeds and the JSON line."""
-    options = read_options(Options, arguments)
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Prints the differences and the speeds."""
     runtime.configure(float64=True)
     settings = PlanarSettings()
     m = planar_manoeuvre(AS_PRINTED, settings).replace(nodes=options.nodes)
     rival = Rival(settings, m)
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores", provenance())
     print(f"pymoo {pymoo.__version__}, numpy {np.__version__}")
     found = differences(rival, m, sorted({20, 24, 32, 40, options.nodes}))
     for nodes, (off, share) in found.items():
@@ -270,24 +259,18 @@ def main(arguments: list[str]) -> None:
     speed = {name: made[name] / seconds for name, seconds in middle.items()}
     for name, rate in speed.items():
         print(f"{name}: {rate:,.0f} evaluations/s")
-    print(
-        json.dumps(
-            {
-                "experiment": "space_speed",
-                **{f"{name}_evaluations_per_s": round(rate, 1) for name, rate in speed.items()},
-                "ratio": round(speed["ours"] / speed["rival"], 1),
-                "ratio_alone": round(speed["ours_alone"] / speed["rival_alone"], 1),
-                "ratio_same_nodes": round(speed["ours"] / speed["rival_same_nodes"], 1),
-                "ratio_same_nodes_alone": round(
-                    speed["ours_alone"] / speed["rival_same_nodes_alone"], 1
-                ),
-                "compile_s": round(first - middle["ours"], 1),
-                "compile_alone_s": round(alone_first - middle["ours_alone"], 1),
-                "largest_relative_difference": found[options.nodes][0],
-            }
-        )
-    )
+    return {
+        "experiment": "space_speed",
+        **{f"{name}_evaluations_per_s": round(rate, 1) for name, rate in speed.items()},
+        "ratio": round(speed["ours"] / speed["rival"], 1),
+        "ratio_alone": round(speed["ours_alone"] / speed["rival_alone"], 1),
+        "ratio_same_nodes": round(speed["ours"] / speed["rival_same_nodes"], 1),
+        "ratio_same_nodes_alone": round(speed["ours_alone"] / speed["rival_same_nodes_alone"], 1),
+        "compile_s": round(first - middle["ours"], 1),
+        "compile_alone_s": round(alone_first - middle["ours_alone"], 1),
+        "largest_relative_difference": found[options.nodes][0],
+    }
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -1,12 +1,12 @@
 """All speeds that this package claims, each against its rival in the same run: one table.
 
     pip install -e ".[test,rival]"
-    python experiments/speed.py [parts=throughput,sysid,grasps,space,mass_properties]
+    python experiments/speed.py [parts=[throughput,sysid,grasps,space,mass_properties]]
 
 Runs the five benchmarks one after the other, each in a process of its own, because they need
 different precisions and numbers of devices. Within each, package and rival alternate, and
 compilation is timed apart. Some 10 minutes on 2 free cores. A benchmark that fails leaves its ratio
-empty and the others as they are; the script then ends with status 1. Last line: JSON.
+empty and the others as they are; the script then ends with status 1.
 """
 
 import json
@@ -17,14 +17,14 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import provenance
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment, publish
 
 HERE = Path(__file__).parent
 Found = Mapping[str, Any]
+Part = Literal["throughput", "sysid", "grasps", "space", "mass_properties"]
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Benchmark:
     theirs: Callable[[Found], str]
 
 
-BENCHMARKS = {
+BENCHMARKS: dict[Part, Benchmark] = {
     "throughput": Benchmark(
         "simulated pushes",
         ("throughput.py",),
@@ -91,9 +91,9 @@ BENCHMARKS = {
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
-    parts: tuple[str, ...] = tuple(BENCHMARKS)
+    parts: tuple[Part, ...] = get_args(Part)
 
 
 def run(benchmark: Benchmark) -> Found | None:
@@ -131,12 +131,9 @@ def row(benchmark: Benchmark, found: Found) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def main() -> None:
-    """Runs the benchmarks, prints the table and one JSON line."""
-    options = read_options(Options, sys.argv[1:])
-    unknown = set(options.parts) - set(BENCHMARKS)
-    if unknown:
-        raise SystemExit(f"error: parts={sorted(unknown)}: choose from {list(BENCHMARKS)}")
+@experiment(Options)
+def main(options: Options, folder: Path) -> dict[str, Any]:
+    """Runs the benchmarks and prints the table."""
     headline: dict[str, float | None] = {b.key: None for b in BENCHMARKS.values()}
     headline["planning_s"] = None
     rows, failed = [], False
@@ -155,12 +152,12 @@ def main() -> None:
             rows.append(f"| {planned} | | | {found['planning_compile_s']:.1f} s |")
     threads = os.environ.get("NPROC") or runtime.cores()
     print(f"{processor()}, {runtime.cores()} cores, {threads} threads in XLA's pool")
-    print(", ".join(f"{k} {v}" for k, v in provenance().items()))
     print("| | ours | rival | ratio | compiled in |\n| --- | --- | --- | --- | --- |")
     print("\n".join(rows))
-    print(json.dumps(headline))
     if failed:
+        publish(folder, headline)
         raise SystemExit(1)
+    return headline
 
 
 def processor() -> str:

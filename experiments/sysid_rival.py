@@ -8,21 +8,19 @@ simulated once, in float64; each push is then fitted by itself, from force, mome
 100 Hz with the noise of `bound.py`. Unknown: mass, I_zz, CoM, both frictions and the tip contact's
 time constant, started 12 to 25 % off. Known: outline, c, the pose at the start and the tip's path.
 The rival sees forces averaged over a sample as ours are, and fits every n-th push only: it is slow.
-`speed=all` takes pushes of every speed. Last line: JSON.
+`speed=all` takes pushes of every speed.
 """
 
 import contextlib
 import functools
 import io
-import json
-import os
-import platform
 import statistics
 import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import jax
@@ -41,7 +39,7 @@ from mjx_inertia.estimators.sysid import (
     to_coordinates,
     to_parameters,
 )
-from mjx_inertia.experiment import read_options
+from mjx_inertia.experiment import experiment
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import (
     PushParameters,
@@ -75,12 +73,12 @@ RIVAL_SOLVER_TOLERANCE = 1e-18
 
 @dataclass(frozen=True)
 class Options:
-    """Of the command line."""
+    """Command-line options."""
 
     pushes: int = 64
-    rival_pushes: int = 8
-    speed: str = "0.04"  # m/s, or "all"
-    seed: int = 1
+    rival_pushes: int = 8  # of them
+    speed: float | Literal["all"] = 0.04  # m/s
+    seed: int = 1  # of noise and starting values
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +134,15 @@ def guesses(p: PushParameters, lowest_time_constant: float, seed: int) -> PushPa
     )
 
 
-def make_problem(pushes: int, speed: str, seed: int) -> Problem:
+def make_problem(pushes: int, speed: float | Literal["all"], seed: int) -> Problem:
     """Draws pushes that go well, simulates them and adds noise."""
     scene = build_scene(cube(0.15, 1.0))
     plan = cubes_plan(CubesProtocol(pushes_per_cube=10), seed=1)
     if speed != "all":
-        plan = select_pushes(plan, np.flatnonzero(np.isclose(plan.motion.speed, float(speed))))
+        chosen = np.flatnonzero(np.isclose(plan.motion.speed, speed))
+        if not len(chosen):
+            raise ValueError(f"speed={speed}: there are {np.unique(plan.motion.speed).tolist()}")
+        plan = select_pushes(plan, chosen)
     plan = select_pushes(plan, np.linspace(0, len(plan) - 1, pushes).round().astype(int))
     record = simulate(
         scene,
@@ -412,9 +413,9 @@ def errors(problem: Problem, estimate: PushParameters) -> dict[str, float]:
     }
 
 
-def main() -> None:
-    """Fits, prints a line for each fit, and one JSON line."""
-    options = read_options(Options, sys.argv[1:])
+@experiment(Options)
+def main(options: Options, _folder: Path) -> dict[str, Any]:
+    """Fits, and prints a line for each fit."""
     jax.config.update("jax_compilation_cache_dir", tempfile.mkdtemp())  # compile_s from cold
     runtime.configure(float64=True)
     logging.set_verbosity(logging.ERROR)  # each sequence warns of sensors that are not measured
@@ -459,8 +460,7 @@ def main() -> None:
     print(
         f"ours: {result['ours']}, {rate:.3g} pushes/s, {[round(s, 1) for s in seconds['ours']]} s"
     )
-    print(platform.processor() or platform.machine(), os.cpu_count(), "cores", provenance())
-    print(json.dumps({**result, "rival": rival, "device": provenance()["device"]}))
+    return {**result, "rival": rival, "device": provenance()["device"]}
 
 
 if __name__ == "__main__":

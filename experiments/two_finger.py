@@ -1,6 +1,6 @@
 """Figs 3.19 to 3.22 of the thesis: 12 cuboids, 12 pushes with two fingers or 5 with one tip.
 
-    python experiments/two_finger.py [overrides]
+    python experiments/two_finger.py [overrides of the sweep]
 
 The analytical method (Yu et al. 2005) pushes each cuboid of Table 3.5 (errata 10) 12 times with two
 force-sensing fingers: 4 times straight on each of two faces and 4 times turning it by 30°, with 0.2
@@ -8,15 +8,14 @@ to 0.8 m/s². The trees are trained on cubes (`dataset=quick` unless overridden;
 48,000 of `dataset=full`) and average 5 pushes at 20 mm/s, as long as those that they are trained on
 (the thesis: 10 cm, on which these trees, which see the length of the path, halve the mass). The CoM
 counts from the middle of the long face, x inward and y to the left, so that com_y is 0 and has no
-percentage. All sensors have the noise of the data. Last line: JSON.
+percentage. All sensors have the noise of the data. Figures: fig_3.19 to fig_3.22.
 """
 
-import json
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -31,7 +30,6 @@ from mjx_inertia.dataset import (
     SensorNoise,
     SimulatedSettings,
     add_noise,
-    provenance,
     simulated_source,
 )
 from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
@@ -39,6 +37,7 @@ from mjx_inertia.estimators.sysid import Fit, SysidSettings, fit, observed, to_p
 from mjx_inertia.estimators.two_finger import TwoFingerLeastSquares, estimate_two_finger
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.evaluation.appearance import DARK, SERIES, TARGET_AXES, grid_of_axes, styled
+from mjx_inertia.experiment import experiment
 from mjx_inertia.features import examples
 from mjx_inertia.objects import ObjectModel, cuboid
 from mjx_inertia.pushing import (
@@ -56,10 +55,9 @@ from mjx_inertia.pushing.two_finger_scene import (
     measured,
     simulate_two_finger,
 )
-from mjx_inertia.settings import SweepSettings, compose
+from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import tabulate
 
-FOLDER = Path("outputs/experiments/two_finger")
 SIZES = ((0.2, 0.3, 0.2), (0.15, 0.2, 0.15))  # m; the long face looks along x
 MASSES, FRICTIONS = (1.0, 2.5, 4.0), (0.3, 0.5)  # kg (errata 10)
 ACCELERATIONS = (0.2, 0.4, 0.6, 0.8)  # m/s²
@@ -337,13 +335,13 @@ def in_contact(pushes: Sequence[dict[str, list[TwoFingerPush]]]) -> float:
     return float(np.mean(np.concatenate(force).min(1) > 1e-3))
 
 
-def main() -> None:
+@experiment(SweepSettings)
+def main(settings: SweepSettings, folder: Path) -> dict[str, Any]:
     """Runs both experiments, prints the table and writes the figures."""
     start = time.perf_counter()
-    settings, _ = compose(["estimator=boosted", *sys.argv[1:]])
     runtime.configure(settings.devices)
     if not isinstance(settings.dataset, SimulatedSettings):
-        raise SystemExit(f"error: dataset={settings.dataset.name} has no cubes to train on")
+        raise ValueError(f"dataset={settings.dataset.name} has no cubes to train on")
     cases, rng = table_3_5(), np.random.default_rng(settings.seed)
     truth = np.stack([case.truth for case in cases])
     clean = [two_finger_pushes(case, TwoFingerSettings(), rng) for case in cases]
@@ -364,13 +362,12 @@ def main() -> None:
     contact = round(in_contact(clean), 4)
     lost = int((np.asarray(batch.records.status) != 0).sum())
     print(f"both fingers push in {100 * contact:.1f} % of the samples of turning pushes")
-    print(f"{lost} of {len(batch.truth.mass)} pushes with one tip are not usable; {provenance()}")
-    FOLDER.mkdir(parents=True, exist_ok=True)
+    print(f"{lost} of {len(batch.truth.mass)} pushes with one tip are not usable")
     for target, figure in enumerate(("3.19", "3.20", "3.21", "3.22")):
-        draw(target, methods, truth, FOLDER / f"fig_{figure}_{TARGETS[target]}.svg")
+        draw(target, methods, truth, folder / f"fig_{figure}_{TARGETS[target]}.svg")
     seconds = round(time.perf_counter() - start, 1)
     headline = {"experiment": "two_finger", "seconds": seconds, "cuboids": len(cases)}
-    print(json.dumps({**headline, "turning_contact_share": contact, **entries}))
+    return {**headline, "turning_contact_share": contact, **entries}
 
 
 if __name__ == "__main__":

@@ -1,109 +1,280 @@
-"""What the scripts of `experiments/` share: their options; a configured job, its report, headline.
+"""Runs a script of `experiments/` as a Hydra program: its options, its run folder, its result.
 
-In: the command line, or the name of a file in `configs/experiment/` and overrides. Out: a record of
-options, or the result, and on the last line of the output one JSON object.
+In: the command line. Out: what `main` takes, and what it returns, as `result.json` in the run
+folder and as the last line of the output. No `DictConfig` passes beyond this module.
 """
 
+import contextlib
+import dataclasses
+import functools
 import json
 import math
+import os
 import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from types import NoneType, UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import hydra
+from hydra.core.config_store import ConfigStore
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException, OverrideParseException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
 from mjx_inertia.evaluation import Section, TargetSummary, summarize_all
-from mjx_inertia.settings import SweepSettings, compose
-from mjx_inertia.sweep import SweepResult, run_sweep, write_outputs
+from mjx_inertia.settings import CONFIGS, SweepSettings, from_config, register_defaults
+from mjx_inertia.sweep import SweepResult, devices_of_job, run_sweep, write_outputs
 
-# Adds figures to the report and entries to the headline.
-Extra = Callable[[SweepSettings, SweepResult, Path], tuple[tuple[Section, ...], dict[str, Any]]]
-
+Result = dict[str, Any]
+# Adds figures to the report and entries to the result.
+Extra = Callable[[SweepSettings, SweepResult, Path], tuple[tuple[Section, ...], Result]]
 Options = TypeVar("Options")
 
+EXPECTED = {
+    int: "a whole number that is not negative",
+    float: "a finite number",
+    str: "text that is not empty",
+    NoneType: "null",
+}
+FULL_ERROR = "HYDRA_FULL_ERROR"  # asks for tracebacks
+HELP = """${hydra.help.header}
 
-def read_options(
-    kind: Callable[..., Options], arguments: Sequence[str], prefix: str = ""
-) -> Options:
-    """A script's options, each given as `name=value`.
+Options, to be given as name=value; lists as name=[a,b]; -m name=a,b runs both:
+
+$CONFIG
+"""
+
+
+def experiment(
+    *kinds: type, prefix: str = ""
+) -> Callable[[Callable[..., Result]], Callable[[], None]]:
+    """Makes a script's `main` a Hydra program that is named as its file.
+
+    `main` takes one record of each kind and the run folder (`outputs/experiments/<name>` unless
+    `hydra.run.dir` is given), and returns the result. The configuration is the defaults of the
+    kinds, `configs/experiment/<name>.yaml` over them, and the command line over both.
 
     Args:
-      kind: a frozen dataclass whose fields have defaults: whole numbers, which are never negative,
-        floats, strings, or tuples of strings, given with commas between them.
-      arguments: of the command line.
-      prefix: of every name, as in `identify.pushes=480`; may be left out.
+      kinds: `SweepSettings`, whose configuration is that of the main job, or a frozen dataclass of
+        options, all of which have defaults; see `options_from`.
+      prefix: the name under which the options stand, as in `identify.pushes=480`.
+    """
+
+    def decorate(main: Callable[..., Result]) -> Callable[[], None]:
+        file = Path(main.__code__.co_filename)
+
+        @functools.wraps(main)
+        def program() -> None:
+            _register(file.stem, kinds, prefix, main.__globals__["__doc__"])
+            _run(file.stem, main, kinds, prefix)
+
+        return program
+
+    return decorate
+
+
+def _register(name: str, kinds: tuple[type, ...], prefix: str, document: str) -> None:
+    """Makes the program's configuration and its defaults known to Hydra."""
+    register_defaults()
+    base = (
+        ["sweep", {"override experiment": name}]
+        if SweepSettings in kinds
+        else [{"experiment": name}]
+    )
+    store = ConfigStore.instance()
+    store.store(name=f"{name}_options", node=_defaults(kinds, prefix))
+    store.store(
+        name=name,
+        node={
+            "defaults": [f"{name}_options", *base, "_self_"],
+            "hydra": {
+                "job": {"name": name, "chdir": False},
+                "run": {"dir": f"outputs/experiments/{name}"},
+                "sweep": {"dir": f"multirun/{name}/${{now:%Y-%m-%d_%H-%M-%S}}"},
+                # JAX and MJX say at INFO which devices they looked for
+                "job_logging": {"root": {"level": "WARNING"}},
+                "help": {"header": document.strip(), "template": HELP},
+            },
+        },
+    )
+
+
+def _defaults(kinds: tuple[type, ...], prefix: str) -> dict[str, Any]:
+    """The options with their defaults, as they stand in the configuration."""
+    options = {
+        field.name: field.default
+        for kind in kinds
+        if kind is not SweepSettings
+        for field in dataclasses.fields(kind)
+    }
+    return {prefix: options} if prefix else options
+
+
+def _run(name: str, main: Callable[..., Result], kinds: tuple[type, ...], prefix: str) -> None:
+    """Runs `main` as the command line says; what is wrong with that ends in one sentence."""
+    full_error = os.environ.get(FULL_ERROR)
+
+    def job(config: DictConfig) -> None:
+        _set_environment(FULL_ERROR, full_error)
+        folder = Path(HydraConfig.get().runtime.output_dir)
+        try:
+            records = _records(config, kinds, prefix)
+            result = main(*records, folder)
+        except (ValueError, RuntimeError, FileNotFoundError) as error:
+            if full_error:
+                raise
+            raise SystemExit(f"error: {error}") from None
+        publish(folder, result)
+
+    # Hydra then raises its errors instead of printing them over several lines.
+    os.environ[FULL_ERROR] = "1"
+    try:
+        hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)(job)()
+    except (HydraException, OmegaConfBaseException) as error:
+        if full_error:
+            raise
+        raise SystemExit(f"error: {_sentence(error)}") from None
+    finally:
+        _set_environment(FULL_ERROR, full_error)
+
+
+def _set_environment(name: str, value: str | None) -> None:
+    os.environ.pop(name, None)
+    if value is not None:
+        os.environ[name] = value
+
+
+def _sentence(error: Exception) -> str:
+    """What Hydra found wrong, on one line."""
+    if isinstance(error, OverrideParseException):
+        return f"{error.override!r}: expected name=value, with special characters in quotes"
+    lines = [line.strip().rstrip(".") for line in str(error).splitlines() if line.strip()]
+    if isinstance(error.__cause__, ConfigAttributeError | ConfigKeyError):  # an unknown name
+        return f"{lines[0]}: --help lists the options"
+    return "; ".join(lines)
+
+
+def _records(config: DictConfig, kinds: tuple[type, ...], prefix: str) -> list[Any]:
+    """A record of each kind from the composed configuration."""
+    raw = OmegaConf.to_container(config, resolve=True)
+    assert isinstance(raw, dict)
+    known = _defaults(kinds, prefix)
+    if SweepSettings not in kinds and (unknown := sorted(str(k) for k in raw if k not in known)):
+        raise ValueError(f"{unknown[0]}: no such option; there are {list(known)}")
+    records: list[Any] = []
+    for kind in kinds:
+        if kind is SweepSettings:
+            settings = from_config(config)
+            records.append(dataclasses.replace(settings, devices=devices_of_job(config)))
+        else:
+            records.append(options_from(kind, raw[prefix] if prefix else raw, prefix))
+    return records
+
+
+def options_from(
+    kind: Callable[..., Options], given: Mapping[Any, Any], prefix: str = ""
+) -> Options:
+    """Options with the values of a configuration.
+
+    Args:
+      kind: a frozen dataclass whose fields have defaults. Whole numbers are not negative, floats
+        are finite, text and tuples (of text or of a `Literal`) are not empty; for a tuple one value
+        may stand.
+      given: values by name.
+      prefix: of the names in messages.
 
     Raises:
-      SystemExit: an unknown name, or a value that is not what its default is.
+      ValueError: an unknown name, or a value that its field does not take.
     """
-    defaults = vars(kind())
-    given = {}
-    for argument in arguments:
-        name, _, text = argument.removeprefix(prefix).partition("=")
-        if name not in defaults:
-            known = ", ".join(f"{prefix}{n}={_text(v)}" for n, v in defaults.items())
-            raise SystemExit(f"error: {argument}: expected some of {known}")
+    hints = get_type_hints(kind)
+    defaults = {f.name: f.default for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    path = f"{prefix}." if prefix else ""
+    if unknown := sorted(set(given) - set(defaults)):
+        raise ValueError(f"{path}{unknown[0]}: no such option; there are {list(defaults)}")
+    values = {}
+    for name, value in given.items():
         try:
-            given[name] = _value(text, defaults[name])
+            values[name] = _value(value, hints[name])
         except ValueError as error:
-            raise SystemExit(f"error: {argument}: expected {error}") from None
-    return kind(**given)
+            raise ValueError(f"{path}{name}={error}") from None
+    return kind(**values)
 
 
-def _value(text: str, default: Any) -> int | float | str | tuple[str, ...]:
-    """`text` as the type of a default, or the `ValueError` that says what is expected."""
-    if isinstance(default, int):
-        if not text.isdecimal():
-            raise ValueError(f"a whole number that is not negative, as {default}")
-        return int(text)
-    if isinstance(default, float):
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise ValueError(f"a finite number, as {default}")
-        return number
-    words = tuple(text.split(",")) if isinstance(default, tuple) else (text,)
-    if not all(words):
-        raise ValueError("no empty value")
-    return words if isinstance(default, tuple) else text
+def _value(value: Any, kind: Any) -> Any:
+    """A value as its field takes it, or the `ValueError` that says what is expected."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is tuple:
+        return _values(value if isinstance(value, list) else [value], parts[0])
+    if origin in (Union, UnionType):
+        for part in parts:
+            with contextlib.suppress(ValueError):
+                return _value(value, part)
+    if (origin is Literal and value in parts) or (kind is NoneType and value is None):
+        return value
+    if kind is int and type(value) is int and value >= 0:
+        return value
+    if kind is float and type(value) in (int, float) and math.isfinite(value):
+        return float(value)
+    if kind is str and type(value) in (str, int, float) and value != "":
+        return str(value)
+    raise ValueError(f"{value}: expected {_expected(kind)}")
 
 
-def _text(value: Any) -> str:
-    return ",".join(value) if isinstance(value, tuple) else str(value)
+def _values(values: list[Any], kind: Any) -> tuple[Any, ...]:
+    choices = get_args(kind)
+    if choices and (unknown := [v for v in values if v not in choices]):
+        raise ValueError(f"{unknown}: expected some of {list(choices)}")
+    if not values:
+        raise ValueError(f"{values}: expected a list that is not empty")
+    return tuple(_value(v, kind) for v in values)
 
 
-def run_experiment(name: str, overrides: Sequence[str], extra: Extra | None = None) -> None:
-    """Runs `configs/experiment/<name>.yaml`; writes to `outputs/experiments/<name>`.
+def _expected(kind: Any) -> str:
+    parts = get_args(kind)
+    if get_origin(kind) is Literal:
+        return f"one of {list(parts)}"
+    return " or ".join(map(_expected, parts)) if parts else EXPECTED[kind]
+
+
+def publish(folder: Path, result: Result) -> None:
+    """Prints machine and versions, then the result on one line, which the run folder keeps."""
+    line = json.dumps(result)
+    (folder / "result.json").write_text(line + "\n")
+    print(platform.processor() or platform.machine(), os.cpu_count(), "cores", provenance())
+    print(line, flush=True)
+
+
+def sweep_result(
+    name: str, settings: SweepSettings, folder: Path, extra: Extra | None = None
+) -> Result:
+    """Runs the main job, writes its table and report, and adds up what it found.
 
     Args:
       name: of the experiment.
-      overrides: of its configuration, as on the command line.
-      extra: what this experiment adds to the main job.
+      settings: of the job.
+      folder: of the run.
+      extra: what this experiment adds to the report and to the result.
     """
     start = time.perf_counter()
-    folder = Path("outputs/experiments") / name
-    try:
-        settings, text = compose([f"experiment={name}", *overrides])
-        runtime.configure(settings.devices)
-        result = run_sweep(settings)
-        if result is None:
-            raise ValueError("the store lacks other shards; run without dataset.shard")
-        write_outputs(folder, result, text)  # kept whatever becomes of the extra
-        sections, entries = extra(settings, result, folder) if extra else ((), {})
-    except (ValueError, RuntimeError, FileNotFoundError) as error:
-        raise SystemExit(f"error: {error}") from None
-    print(write_outputs(folder, result, text, sections))
-    for note in result.source.notes:
+    text = (folder / ".hydra" / "config.yaml").read_text()
+    runtime.configure(settings.devices)
+    found = run_sweep(settings)
+    if found is None:
+        raise ValueError("the store lacks other shards; run without dataset.shard")
+    write_outputs(folder, found, text)  # kept whatever becomes of the extra
+    sections, entries = extra(settings, found, folder) if extra else ((), {})
+    print(write_outputs(folder, found, text, sections))
+    for note in found.source.notes:
         print(note)
     print(f"report: {folder / 'report.html'}")
-    print(platform.processor() or platform.machine(), provenance())
     seconds = round(time.perf_counter() - start, 1)
-    rows = {_key(s): _numbers(s) for s in summarize_all(result.evaluations)}
-    print(json.dumps({"experiment": name, "seconds": seconds, **entries, **rows}))
+    rows = {_key(s): _numbers(s) for s in summarize_all(found.evaluations)}
+    return {"experiment": name, "seconds": seconds, **entries, **rows}
 
 
 def _key(s: TargetSummary) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
 from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
 from omegaconf import DictConfig, OmegaConf
 
 from mjx_inertia.dataset import (
@@ -150,6 +151,11 @@ def from_config(config: DictConfig) -> SweepSettings:
 def compose(overrides: Sequence[str]) -> tuple[SweepSettings, str]:
     """Settings (and their YAML) of `configs/sweep.yaml` with overrides, for scripts and tests."""
     register_defaults()
-    with initialize_config_dir(str(CONFIGS), version_base="1.3"):
-        config = hydra_compose("sweep", overrides=list(overrides))
+    running = GlobalHydra.instance().hydra  # an experiment may compose further configurations
+    GlobalHydra.instance().clear()
+    try:
+        with initialize_config_dir(str(CONFIGS), version_base="1.3"):
+            config = hydra_compose("sweep", overrides=list(overrides))
+    finally:
+        GlobalHydra.instance().hydra = running
     return from_config(config), OmegaConf.to_yaml(config)

@@ -220,7 +220,7 @@ def _own_sections(result: SweepResult) -> list[Section]:
     return sections
 
 
-def _devices_of_job(config: DictConfig) -> int | None:
+def devices_of_job(config: DictConfig) -> int | None:
     """Cores for this job: those of the machine, shared among the jobs that a launcher starts."""
     if config.devices:
         return config.devices
@@ -232,7 +232,7 @@ def _devices_of_job(config: DictConfig) -> int | None:
 def main(config: DictConfig) -> None:
     """Runs the job that the command line asks for."""
     try:
-        runtime.configure(_devices_of_job(config))
+        runtime.configure(devices_of_job(config))
         settings = from_config(config)
         result = run_sweep(settings)
         folder = Path(HydraConfig.get().runtime.output_dir)

@@ -3,6 +3,8 @@
 import gc
 import os
 import resource
+import runpy
+import sys
 from pathlib import Path
 
 import jax
@@ -59,6 +61,25 @@ def programs_of_one_file():
     if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > ENOUGH_MEMORY:
         jax.clear_caches()
         gc.collect()
+
+
+@pytest.fixture
+def run_script(monkeypatch, tmp_path):
+    """Runs a script in this process and an empty folder; returns exit status and globals."""
+    monkeypatch.chdir(tmp_path)
+    # Hydra's logging closes the handlers that there are, and absl's closes pytest's stream with it
+    monkeypatch.setattr("logging.config.DictConfigurator.configure", lambda self: None)
+
+    def run(script: Path, *arguments: str) -> tuple:
+        monkeypatch.setattr(sys, "argv", [str(script), *arguments])
+        try:
+            return 0, runpy.run_path(str(script), run_name="__main__")
+        except SystemExit as error:
+            return error.code, {}
+        except ModuleNotFoundError as error:  # of an extra
+            pytest.skip(f"{script.name} needs {error.name}")
+
+    return run
 
 
 @pytest.fixture(scope="session")

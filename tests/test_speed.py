@@ -1,7 +1,6 @@
 """The script that runs all benchmarks: its table, its JSON line, a benchmark that fails."""
 
 import json
-import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -22,9 +21,8 @@ LINES = {
 }  # fmt: skip
 
 
-def run(monkeypatch, *arguments, failing=()):
+def run(monkeypatch, run_script, *arguments, failing=()):
     """The script with benchmarks that only print, and its exit status."""
-
     real = subprocess.run
 
     def only_print(command, *rest, **options):
@@ -34,17 +32,12 @@ def run(monkeypatch, *arguments, failing=()):
         printed = f"words\n{json.dumps({**LINES[name], 'compile_s': 5.0})}\n"
         return subprocess.CompletedProcess(command, int(name in failing), printed)
 
-    monkeypatch.setattr(sys, "argv", [str(SCRIPT), *arguments])
     monkeypatch.setattr("subprocess.run", only_print)
-    try:
-        runpy.run_path(str(SCRIPT), run_name="__main__")
-    except SystemExit as error:
-        return error.code
-    return 0
+    return run_script(SCRIPT, *arguments)[0]
 
 
-def test_all_ratios_stand_in_the_last_line(monkeypatch, capsys):
-    assert run(monkeypatch) == 0
+def test_all_ratios_stand_in_the_last_line(monkeypatch, run_script, capsys):
+    assert run(monkeypatch, run_script) == 0
     lines = capsys.readouterr().out.splitlines()
     assert json.loads(lines[-1]) == {
         "throughput_ratio": 6.5, "sysid_ratio": 21.0, "grasp_ratio": 8.0, "space_ratio": 31.0,
@@ -55,15 +48,15 @@ def test_all_ratios_stand_in_the_last_line(monkeypatch, capsys):
     assert row in lines
 
 
-def test_a_benchmark_that_fails_leaves_the_others(monkeypatch, capsys):
-    assert run(monkeypatch, failing=("grasp_speed.py",)) == 1
+def test_a_benchmark_that_fails_leaves_the_others(monkeypatch, run_script, capsys):
+    assert run(monkeypatch, run_script, failing=("grasp_speed.py",)) == 1
     headline = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert headline["grasp_ratio"] is None and headline["planning_s"] is None
     assert headline["space_ratio"] == 31.0
 
 
-def test_unknown_parts_are_refused(monkeypatch):
-    assert "parts=['speed']" in run(monkeypatch, "parts=speed")
+def test_unknown_parts_are_refused(monkeypatch, run_script):
+    assert "parts=['speed']" in run(monkeypatch, run_script, "parts=speed")
 
 
 def test_every_benchmark_is_a_script():
