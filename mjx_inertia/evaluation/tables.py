@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from mjx_inertia.estimators import TARGETS
-from mjx_inertia.evaluation.files import write_whole
 from mjx_inertia.evaluation.summary import TargetSummary
+from mjx_inertia.files import write_whole
 
 RESULT_COLUMNS = (
     "dataset",

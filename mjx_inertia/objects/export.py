@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Literal, get_args
 
+from mjx_inertia.files import write_whole
 from mjx_inertia.objects.mesh_files import FOLDER, MeshFiles, mesh_files
 from mjx_inertia.objects.mjcf_writer import mjcf_text
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.urdf_writer import urdf_text
-from mjx_inertia.objects.whole_file import write_whole
 
 Format = Literal["urdf", "mjcf"]
 FORMATS: tuple[Format, ...] = get_args(Format)
