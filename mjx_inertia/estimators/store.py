@@ -5,9 +5,6 @@ In: a fitted record of a known type. Out: the same record again, equal to the bi
 
 import dataclasses
 import json
-import os
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +20,7 @@ from mjx_inertia.estimators.newton import FittedNewton
 from mjx_inertia.estimators.random_forest import FittedForest
 from mjx_inertia.estimators.training import TargetScale
 from mjx_inertia.estimators.trees import TreeEnsemble
+from mjx_inertia.files import read_arrays, write_arrays
 
 # Records that may be stored, and the records that they hold.
 STORED_TYPES: dict[str, type] = {
@@ -50,17 +48,10 @@ def save_fitted(path: str | Path, fitted: object) -> None:
     Raises:
       ValueError: its type, or that of a field, is not in `STORED_TYPES`.
     """
-    path = Path(path)
     arrays: dict[str, np.ndarray] = {}
     description = {"format": _FORMAT, "version": _VERSION, "fitted": _take_apart(fitted, arrays)}
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("wb") as file:
-            arrays["description"] = np.array(json.dumps(description))
-            np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    arrays["description"] = np.array(json.dumps(description))
+    write_arrays(Path(path), arrays, compress=True)
 
 
 def load_fitted(path: str | Path) -> object:
@@ -70,24 +61,11 @@ def load_fitted(path: str | Path) -> object:
       FileNotFoundError: there is no such file.
       ValueError: the file is truncated, damaged, of another kind or of a newer version.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected a fitted estimator (.npz)")
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError) as error:
-        raise ValueError(
-            f"{path}: expected a fitted estimator, found a file that is truncated, damaged or of "
-            f"another kind ({error})"
-        ) from error
-    try:
+    with read_arrays(Path(path), f"a fitted estimator ({_FORMAT!r}, {_VERSION})") as arrays:
         description = json.loads(str(arrays.pop("description")))
         if (description["format"], description["version"]) != (_FORMAT, _VERSION):
             raise ValueError(f"found {description['format']!r} version {description['version']}")
         return _put_together(description["fitted"], arrays)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: expected {_FORMAT!r} version {_VERSION}: {error}") from error
 
 
 def _take_apart(record: object, arrays: dict[str, np.ndarray]) -> dict[str, Any]:

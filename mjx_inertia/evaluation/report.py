@@ -16,7 +16,6 @@ from tqdm import tqdm
 from mjx_inertia.estimators import TARGETS
 from mjx_inertia.evaluation.appearance import to_data_uri
 from mjx_inertia.evaluation.evaluation import HeldOutEstimates, count_failures
-from mjx_inertia.evaluation.files import write_text_whole
 from mjx_inertia.evaluation.report_figures import Section, plan_split_figures
 from mjx_inertia.evaluation.report_tables import (
     DETAIL_COLUMNS,
@@ -30,6 +29,7 @@ from mjx_inertia.evaluation.report_tables import (
 from mjx_inertia.evaluation.summary import TargetSummary, summarize_all
 from mjx_inertia.evaluation.tables import TARGET_NAMES, split_groups
 from mjx_inertia.evaluation.verdict import caveats, verdict
+from mjx_inertia.files import write_whole
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class ReportContent:
 
 def write_report(path: Path, content: ReportContent) -> None:
     """Writes the page whole or not at all."""
-    write_text_whole(path, render_report(content))
+    write_whole(path, render_report(content))
 
 
 def render_report(content: ReportContent) -> str:

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from mjx_inertia.estimators import TARGETS
-from mjx_inertia.evaluation.files import write_text_whole
 from mjx_inertia.evaluation.summary import TargetSummary
+from mjx_inertia.files import write_whole
 
 RESULT_COLUMNS = (
     "dataset",
@@ -42,7 +42,7 @@ def format_results(summaries: Sequence[TargetSummary]) -> str:
 
 def write_results(path: Path, summaries: Sequence[TargetSummary]) -> None:
     """Writes results.csv whole or not at all."""
-    write_text_whole(path, format_results(summaries))
+    write_whole(path, format_results(summaries))
 
 
 def format_number(value: float) -> str:

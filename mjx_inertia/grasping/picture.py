@@ -20,13 +20,13 @@ from matplotlib.figure import Figure
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
+from mjx_inertia.files import write_whole
 from mjx_inertia.grasping.grasp import Grasp
 from mjx_inertia.grasping.gripper import Gripper
 from mjx_inertia.grasping.ranking import UNITS, GraspRanking
 from mjx_inertia.grasping.task_path import ObjectPath, object_pose_at
 from mjx_inertia.objects import ObjectModel
 from mjx_inertia.objects.picture import View, draw_meshes
-from mjx_inertia.objects.whole_file import write_whole
 from mjx_inertia.robots import Arm, hand_pose, link_poses
 from mjx_inertia.spatial import Pose
 

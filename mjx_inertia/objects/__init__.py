@@ -2,8 +2,7 @@
 
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
 from mjx_inertia.objects.compose import combine_objects, re_mass, scale_object
-from mjx_inertia.objects.convex_partition import area_error, convex_pieces
-from mjx_inertia.objects.convex_solids import hull_vertices, upright
+from mjx_inertia.objects.convex import area_error, convex_pieces, hull_vertices, upright
 from mjx_inertia.objects.density_field import properties_of_field
 from mjx_inertia.objects.depth_camera import (
     CameraSettings,

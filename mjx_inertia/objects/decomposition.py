@@ -19,7 +19,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from shapely.geometry.base import BaseGeometry
 
-from mjx_inertia.objects.convex_solids import (
+from mjx_inertia.objects.convex import (
     SECTIONS,
     Pieces,
     hull_vertices,

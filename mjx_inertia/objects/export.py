@@ -1,28 +1,65 @@
 """Objects as files for other programs: a folder each, with URDF, MJCF and meshes.
 
 In: `ObjectModel`s by name, a folder. Out: `FOLDER/NAME/NAME.urdf`, `NAME.xml` (MJCF) and
-`meshes/part_*.obj` (to look at), `meshes/piece_*.obj` (convex, to touch).
+`meshes/part_*.obj` (to look at), `meshes/piece_*.obj` (convex, to touch). Wavefront OBJ, because it
+keeps double precision and which triangles share a corner: STL does neither.
 """
 
+import dataclasses
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Literal, get_args
+from xml.etree import ElementTree as ET
 
-from mjx_inertia.objects.mesh_files import FOLDER, MeshFiles, mesh_files
-from mjx_inertia.objects.mjcf_writer import mjcf_text
+import manifold3d
+import numpy as np
+import trimesh
+
+from mjx_inertia.files import write_whole
 from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.urdf_writer import urdf_text
-from mjx_inertia.objects.whole_file import write_whole
+from mjx_inertia.objects.part import Color
 
 Format = Literal["urdf", "mjcf"]
 FORMATS: tuple[Format, ...] = get_args(Format)
+NOTE = "mjx_inertia"  # the URDF's element of our own
 
-_WRITERS: dict[str, tuple[str, Callable[[ObjectModel, str, MeshFiles], bytes]]] = {
-    "urdf": (".urdf", urdf_text),
-    "mjcf": (".xml", mjcf_text),
-}
+_MESHES = "meshes"  # folder beside the file that names them
+_DIGITS = 12  # after the point, in m
+_FLAT = 1e-9  # of the object's volume: a piece no larger is a sliver that rounding left
+_TORSIONAL, _ROLLING = 0.005, 1e-4  # MuJoCo's own values of the other coefficients, m
+_VISUAL_GROUP, _COLLISION_GROUP = "2", "3"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _VisualFile:
+    """A mesh of one material.
+
+    Attributes:
+      file: its name within `_MESHES`.
+      color: red, green, blue from 0 to 1.
+      density: kg/m³; the object's mean one where its parts are not known.
+    """
+
+    file: str
+    color: Color
+    density: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _MeshFiles:
+    """The files of one object.
+
+    Attributes:
+      visuals: which together are the object.
+      collisions: names of files, each of a convex mesh.
+      content: of each file, by name.
+    """
+
+    visuals: tuple[_VisualFile, ...]
+    collisions: tuple[str, ...]
+    content: dict[str, bytes]
 
 
 def export_objects(
@@ -70,8 +107,8 @@ def export_objects(
 
 
 def _export(obj: ObjectModel, name: str, folder: Path, formats: list[str]) -> list[Path]:
-    files = mesh_files(obj)
-    meshes = folder / FOLDER
+    files = _mesh_files(obj)
+    meshes = folder / _MESHES
     _make_writable(meshes)
     for file, content in files.content.items():
         write_whole(meshes / file, content)
@@ -96,8 +133,169 @@ def _make_writable(folder: Path) -> None:
         raise OSError(f"{folder}: expected a folder to write into, found one that is read-only")
 
 
-def _remove_older(meshes: Path, files: MeshFiles) -> None:
+def _remove_older(meshes: Path, files: _MeshFiles) -> None:
     """Meshes of an export with more parts or pieces, which nothing names any more."""
     for path in meshes.iterdir():
         if re.fullmatch(r"(part|piece)_\d+\.obj", path.name) and path.name not in files.content:
             path.unlink()
+
+
+def _mesh_files(obj: ObjectModel) -> _MeshFiles:
+    """The files of an object: one for each part, or for the whole; one for each convex piece.
+
+    Pieces without volume are left out: nothing touches them, and no engine takes them.
+
+    Raises:
+      ValueError: a mesh or a piece that is not finite, or no piece with volume.
+    """
+    mean = float(obj.inertial.mass) / obj.mesh.volume
+    looks = [(part.mesh, part.color, part.density) for part in obj.parts]
+    content: dict[str, bytes] = {}
+    visuals = []
+    for i, (mesh, color, density) in enumerate(looks or [(obj.mesh, obj.color, mean)]):
+        visuals.append(_VisualFile(f"part_{i}.obj", color, float(density)))
+        content[visuals[-1].file] = _wavefront(obj.name, f"part {i}", mesh)
+    collisions = []
+    for i, piece in enumerate(obj.pieces):
+        if not np.all(np.isfinite(piece)):
+            raise ValueError(f"{obj.name}: piece {i} has vertices that are not finite")
+        if manifold3d.Manifold.hull_points(piece).volume() > _FLAT * obj.mesh.volume:
+            hull = trimesh.convex.convex_hull(piece)  # manifold3d's faces may be dented by 1 %
+            collisions.append(f"piece_{len(collisions)}.obj")
+            content[collisions[-1]] = _wavefront(obj.name, f"piece {i}", hull)
+    if not collisions:
+        raise ValueError(f"{obj.name}: none of its {len(obj.pieces)} pieces has volume")
+    return _MeshFiles(tuple(visuals), tuple(collisions), content)
+
+
+def _wavefront(name: str, what: str, mesh: trimesh.Trimesh) -> bytes:
+    if not np.all(np.isfinite(mesh.vertices)):
+        raise ValueError(f"{name}: the mesh of {what} has vertices that are not finite")
+    text = mesh.export(
+        file_type="obj",
+        digits=_DIGITS,
+        include_normals=False,
+        include_color=False,
+        include_texture=False,
+        header=None,
+    )
+    return f"# {name}, {what}; m\n{text}\n".encode()
+
+
+def _urdf_text(obj: ObjectModel, name: str, files: _MeshFiles) -> bytes:
+    """One link, whose frame is that of the object; meshes by their path from the file's folder.
+
+    Friction is in Bullet's element `contact`; `mujoco` makes MuJoCo keep the link, its visual
+    meshes and their paths; category, source and `pieces_error` are in an element of our own.
+    Readers pass over elements that they do not know.
+    """
+    robot = ET.Element("robot", name=name)
+    note = {"category": obj.category, "source": obj.source}
+    note["pieces_error"] = _numbers([obj.pieces_error])
+    ET.SubElement(robot, NOTE, note)
+    mujoco = ET.SubElement(robot, "mujoco")
+    keep = ("strippath", "fusestatic", "discardvisual", "balanceinertia")
+    ET.SubElement(mujoco, "compiler", {key: "false" for key in keep})
+    link = ET.SubElement(robot, "link", name=name)
+    _urdf_inertial(link, obj)
+    for i, visual in enumerate(files.visuals):
+        element = _urdf_geometry(link, "visual", visual.file)
+        material = ET.SubElement(element, "material", name=f"{name}_part_{i}")
+        ET.SubElement(material, "color", rgba=_numbers([*visual.color, 1.0]))
+    for file in files.collisions:
+        _urdf_geometry(link, "collision", file)
+    contact = ET.SubElement(link, "contact")
+    ET.SubElement(contact, "lateral_friction", value=_numbers([obj.friction]))
+    return _pretty(robot)
+
+
+def _urdf_inertial(link: ET.Element, obj: ObjectModel) -> None:
+    """The tensor is about the CoM in the axes of the link."""
+    tensor = np.asarray(obj.inertial.inertia, np.float64)
+    inertial = ET.SubElement(link, "inertial")
+    ET.SubElement(inertial, "origin", xyz=_numbers(np.asarray(obj.inertial.com)), rpy="0 0 0")
+    ET.SubElement(inertial, "mass", value=_numbers([float(obj.inertial.mass)]))
+    upper = {
+        f"i{'xyz'[i]}{'xyz'[j]}": _numbers([tensor[i, j]]) for i in range(3) for j in range(i, 3)
+    }
+    ET.SubElement(inertial, "inertia", upper)
+
+
+def _urdf_geometry(link: ET.Element, kind: str, file: str) -> ET.Element:
+    element = ET.SubElement(link, kind)
+    ET.SubElement(element, "origin", xyz="0 0 0", rpy="0 0 0")
+    geometry = ET.SubElement(element, "geometry")
+    ET.SubElement(geometry, "mesh", filename=f"{_MESHES}/{file}")
+    return element
+
+
+def _mjcf_text(obj: ObjectModel, name: str, files: _MeshFiles) -> bytes:
+    """One free body, whose frame is that of the object; meshes by their path from its folder.
+
+    Mass, CoM and tensor are stated. The visual meshes (group 2, without contact) carry the
+    densities of their parts, and the convex pieces (group 3) no mass, so MuJoCo's own integrals
+    (`inertiafromgeom="true"`) agree where all parts are known. Names begin with that of the object,
+    so that several can share a scene.
+    """
+    root = ET.Element("mujoco", model=name)
+    ET.SubElement(root, "compiler", meshdir=_MESHES, angle="radian")
+    custom = ET.SubElement(root, "custom")
+    for key, value in (("category", obj.category), ("source", obj.source)):
+        if value:
+            ET.SubElement(custom, "text", name=f"{name}_{key}", data=value)
+    off = _numbers([obj.pieces_error])
+    ET.SubElement(custom, "numeric", name=f"{name}_pieces_error", data=off)
+    assets = ET.SubElement(root, "asset")
+    world = ET.SubElement(root, "worldbody")
+    body = ET.SubElement(world, "body", name=name)
+    ET.SubElement(body, "freejoint", name=name)
+    _mjcf_inertial(body, obj)
+    for visual in files.visuals:
+        geom = _mjcf_geom(assets, body, name, visual.file, _VISUAL_GROUP)
+        geom.attrib |= {"contype": "0", "conaffinity": "0"}
+        geom.attrib |= {
+            "density": _numbers([visual.density]),
+            "rgba": _numbers([*visual.color, 1.0]),
+        }
+    for file in files.collisions:
+        geom = _mjcf_geom(assets, body, name, file, _COLLISION_GROUP)
+        geom.attrib |= {"mass": "0", "friction": _numbers([obj.friction, _TORSIONAL, _ROLLING])}
+    return _pretty(root)
+
+
+def _mjcf_inertial(body: ET.Element, obj: ObjectModel) -> None:
+    tensor = np.asarray(obj.inertial.inertia, np.float64)
+    rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]  # xx yy zz xy xz yz
+    ET.SubElement(
+        body,
+        "inertial",
+        pos=_numbers(np.asarray(obj.inertial.com)),
+        mass=_numbers([float(obj.inertial.mass)]),
+        fullinertia=_numbers(tensor[rows, columns]),
+    )
+
+
+def _mjcf_geom(
+    assets: ET.Element, body: ET.Element, name: str, file: str, group: str
+) -> ET.Element:
+    mesh = f"{name}_{file.removesuffix('.obj')}"
+    inertia = "exact" if group == _VISUAL_GROUP else "convex"
+    ET.SubElement(assets, "mesh", name=mesh, file=file, inertia=inertia)
+    return ET.SubElement(body, "geom", name=mesh, type="mesh", mesh=mesh, group=group)
+
+
+def _numbers(values: Iterable[float]) -> str:
+    """Values as text that gives the same doubles back."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _pretty(root: ET.Element) -> bytes:
+    """Indented XML."""
+    ET.indent(root)
+    return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+_WRITERS: dict[str, tuple[str, Callable[[ObjectModel, str, _MeshFiles], bytes]]] = {
+    "urdf": (".urdf", _urdf_text),
+    "mjcf": (".xml", _mjcf_text),
+}

@@ -20,10 +20,10 @@ from matplotlib.image import imsave
 from matplotlib.patheffects import Normal, Stroke
 from tqdm import tqdm
 
+from mjx_inertia.files import write_whole
 from mjx_inertia.objects.listing import ObjectSummary, summarize_object
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.picture import Picture, View, draw_meshes
-from mjx_inertia.objects.whole_file import write_whole
 
 _AXIS_COLORS = ("#1f6fd0", "#1d9a4a", "#d62728")  # largest moment first
 _INK, _SOFT = "#1d2329", "#5b6570"

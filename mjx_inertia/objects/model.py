@@ -14,8 +14,7 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.convex_partition import convex_pieces
-from mjx_inertia.objects.convex_solids import pieces_error, upright
+from mjx_inertia.objects.convex import convex_pieces, pieces_error, upright
 from mjx_inertia.objects.outline import PlanarIntegrals, planar_integrals, signed_area
 from mjx_inertia.objects.part import Color, Part
 from mjx_inertia.spatial import (

@@ -3,9 +3,7 @@
 In: an `ObjectModel`, a path. Out: an `.npz` file that holds it in double precision, and back.
 """
 
-import io
 import json
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,9 +12,9 @@ import numpy as np
 import trimesh
 from numpy import ndarray
 
+from mjx_inertia.files import read_arrays, write_arrays
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.part import Part
-from mjx_inertia.objects.whole_file import write_whole
 from mjx_inertia.spatial import InertialParameters
 
 _FORMAT = "mjx_inertia object 1"
@@ -48,10 +46,8 @@ def save_model(path: Path, model: ObjectModel) -> None:
         **_joined("vertices", [np.asarray(mesh.vertices) for mesh in meshes]),
         **_joined("faces", [np.asarray(mesh.faces, np.int32) for mesh in meshes]),
     }
-    buffer = io.BytesIO()
-    np.savez(buffer, allow_pickle=False, **arrays)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, buffer.getvalue())
+    write_arrays(path, arrays)
 
 
 def load_model(path: Path) -> ObjectModel:
@@ -61,17 +57,11 @@ def load_model(path: Path) -> ObjectModel:
       FileNotFoundError: there is no such file.
       ValueError: the file is damaged or something else.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+    with read_arrays(path, f"an object ({_FORMAT})") as arrays:
         text = json.loads(str(arrays["text"]))
         if text["format"] != _FORMAT:
             raise ValueError(f"its format is {text['format']!r}")
         return _model(text, arrays)
-    except FileNotFoundError:
-        raise
-    except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError) as error:
-        raise ValueError(f"{path}: expected an object ({_FORMAT}), found {error}") from None
 
 
 def _model(text: dict[str, str], arrays: dict[str, ndarray]) -> ObjectModel:

@@ -16,7 +16,7 @@ import manifold3d
 import numpy as np
 import trimesh
 
-from mjx_inertia.objects.convex_solids import Pieces, hull_vertices
+from mjx_inertia.objects.convex import Pieces, hull_vertices
 from mjx_inertia.objects.decomposition import object_pieces
 from mjx_inertia.objects.file_body import (
     FileBody,

@@ -18,7 +18,7 @@ from shapely.affinity import scale, translate
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import split
 
-from mjx_inertia.objects.convex_solids import prism_pieces
+from mjx_inertia.objects.convex import prism_pieces
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.outline import planar_integrals
 from mjx_inertia.objects.part import Part

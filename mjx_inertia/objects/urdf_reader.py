@@ -13,6 +13,7 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
+from mjx_inertia.objects.export import NOTE
 from mjx_inertia.objects.file_body import (
     FileBody,
     FileShape,
@@ -24,7 +25,6 @@ from mjx_inertia.objects.file_body import (
     transform_mesh,
 )
 from mjx_inertia.objects.part import Color
-from mjx_inertia.objects.urdf_writer import NOTE
 from mjx_inertia.spatial import (
     Consistency,
     InertialParameters,

@@ -4,9 +4,6 @@ In: the state of a search and what search it is of. Out: the same state again, b
 """
 
 import hashlib
-import os
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
+from mjx_inertia.files import read_arrays, write_arrays
 from mjx_inertia.search.problem import Problem
 
 _FORMAT = 2  # of what a step of the same search does; raised when that changes
@@ -70,20 +68,13 @@ def write_checkpoint(path: Path, mine: str, kept: Kept) -> None:
     leaves = jax.tree.leaves(kept.state)
     arrays = {f"leaf_{i}": np.asarray(_plain(leaf)) for i, leaf in enumerate(leaves)}
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("wb") as file:
-            np.savez(
-                file,
-                fingerprint=np.array(mine),
-                evaluations=kept.evaluations,
-                costs=kept.costs,
-                done=np.array(kept.done),
-                **arrays,  # pyright: ignore[reportArgumentType]
-            )
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    arrays |= {
+        "fingerprint": np.array(mine),
+        "evaluations": kept.evaluations,
+        "costs": kept.costs,
+        "done": np.array(kept.done),
+    }
+    write_arrays(path, arrays)
 
 
 def read_checkpoint(path: Path, mine: str, like: Any, key: Array) -> Kept:
@@ -99,19 +90,13 @@ def read_checkpoint(path: Path, mine: str, like: Any, key: Array) -> Kept:
       ValueError: the file is damaged, of another kind or of another search.
     """
     shapes, structure = jax.tree.flatten(like)
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            found = str(file["fingerprint"])
-            if found == mine:
-                arrays = [file[f"leaf_{i}"] for i in range(len(shapes))]
-                leaves = [_as(a, s, key) for a, s in zip(arrays, shapes, strict=True)]
-                state = jax.tree.unflatten(structure, leaves)
-                return Kept(state, file["evaluations"], file["costs"], int(file["done"]))
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, KeyError) as error:
-        raise ValueError(
-            f"{path}: expected the checkpoint of a search, found a file that is damaged or of "
-            f"another kind ({error}); delete it or name another"
-        ) from error
+    remedy = "; delete it or name another"
+    with read_arrays(path, "the checkpoint of a search", remedy) as arrays:
+        found = str(arrays["fingerprint"])
+        if found == mine:
+            leaves = [_as(arrays[f"leaf_{i}"], shape, key) for i, shape in enumerate(shapes)]
+            state = jax.tree.unflatten(structure, leaves)
+            return Kept(state, arrays["evaluations"], arrays["costs"], int(arrays["done"]))
     raise ValueError(
         f"{path}: expected a checkpoint of this search ({mine[:24]}…), found one of another "
         f"({found[:24]}…): its settings, bounds, costs, steps, key or precision differ; go on "

@@ -9,7 +9,7 @@ import shapely
 import trimesh
 
 from mjx_inertia.objects import Part, moved, solids, turned
-from mjx_inertia.objects.convex_solids import pieces_error
+from mjx_inertia.objects.convex import pieces_error
 from mjx_inertia.objects.decomposition import object_pieces
 from mjx_inertia.objects.manifolds import from_manifold, union
 

@@ -23,7 +23,7 @@ from mjx_inertia.objects import (
     prism,
     random_objects,
 )
-from mjx_inertia.objects.convex_solids import hull_vertices
+from mjx_inertia.objects.convex import hull_vertices
 from mjx_inertia.objects.part_assembly import main_color
 from mjx_inertia.spatial import to_spatial_inertia
 

@@ -6,7 +6,7 @@ import shapely
 import trimesh
 
 from mjx_inertia.objects import moved, on_table, solids, transformed, turned
-from mjx_inertia.objects.convex_solids import pieces_error
+from mjx_inertia.objects.convex import pieces_error
 from mjx_inertia.objects.manifolds import to_manifold, union
 
 CUP = np.array([[0, 0], [0.04, 0], [0.04, 0.09], [0.036, 0.09], [0.036, 0.005], [0, 0.005]])

@@ -2,10 +2,10 @@
 
 import jax
 import jax.numpy as jnp
+import moocore
 import numpy as np
 import pytest
 
-from mjx_inertia.pareto import is_non_dominated
 from mjx_inertia.search.benchmarks import dtlz, dtlz_front, zdt, zdt_front
 
 PROBLEMS = {
@@ -45,7 +45,7 @@ def test_front_is_reached_by_the_best_decisions(name):
         np.testing.assert_allclose(np.linalg.norm(front, axis=1), 1.0)
     else:
         # the best decisions lie on the front, and all along it
-        best = costs[np.asarray(is_non_dominated(jnp.asarray(costs)))]
+        best = costs[moocore.is_nondominated(costs, keep_weakly=True)]
         dense = zdt_front(int(name[-1]), 20_001)
         apart = np.linalg.norm(best[::10, None] - dense, axis=2).min(axis=1)
         assert apart.max() < 0.005

@@ -6,12 +6,22 @@ In: sizes and densities. Out: parts at rest, as `Recipe.build` promises. All loo
 import numpy as np
 from manifold3d import Manifold
 
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import BLACK, PLUSH, PVC, RED, VINYL, WHITE
-from mjx_inertia.objects.catalogue.shaping import block, ellipsoid_manifold, lathe, limb
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
+from mjx_inertia.objects.catalogue.shaping import (
+    Piece,
+    assemble,
+    block,
+    ellipsoid_manifold,
+    lathe,
+    limb,
+)
 from mjx_inertia.objects.part import Part
 
+_FIGURE = "solid PVC, 1300 kg/m³, as small animal figures are"
 
+
+@catalogue_object("Toys", "soft PVC, 1200 kg/m³, walls of 2 mm, hollow", friction=VINYL.friction)
 def duck(
     length: float = 0.1, wall: float = 0.002, density: float = VINYL.density
 ) -> tuple[Part, ...]:
@@ -59,6 +69,7 @@ def _duck_body(inset: float) -> Manifold:
     return (body + head + neck + tail + wings).trim_by_plane((0.0, 0.0, 1.0), 0.0)
 
 
+@catalogue_object("Toys", _FIGURE, friction=PVC.friction)
 def dog(length: float = 0.13, density: float = PVC.density) -> tuple[Part, ...]:
     """A standing dog with a collar, solid.
 
@@ -107,6 +118,7 @@ def dog(length: float = 0.13, density: float = PVC.density) -> tuple[Part, ...]:
     )
 
 
+@catalogue_object("Toys", _FIGURE, friction=PVC.friction)
 def elephant(length: float = 0.15, density: float = PVC.density) -> tuple[Part, ...]:
     """A standing elephant with raised trunk and tusks, solid.
 
@@ -153,6 +165,9 @@ def elephant(length: float = 0.15, density: float = PVC.density) -> tuple[Part, 
     )
 
 
+@catalogue_object(
+    "Toys", "plush stuffed with polyester wadding, 90 kg/m³ in all", friction=PLUSH.friction
+)
 def teddy_bear(height: float = 0.25, density: float = PLUSH.density) -> tuple[Part, ...]:
     """A sitting teddy bear with a bow tie, stuffed.
 

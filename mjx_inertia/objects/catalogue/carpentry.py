@@ -6,7 +6,6 @@ In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import (
     ALUMINIUM,
     BARE_BRASS,
@@ -21,8 +20,11 @@ from mjx_inertia.objects.catalogue.materials import (
     WOOD,
     YELLOW,
 )
+from mjx_inertia.objects.catalogue.recipe import WORKSHOP_TOOLS, catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
+    Piece,
+    assemble,
     lathe,
     outline,
     plate,
@@ -35,6 +37,12 @@ from mjx_inertia.objects.catalogue.shaping import (
 from mjx_inertia.objects.part import Part
 
 
+@catalogue_object(
+    "Tools",
+    f"mass, extents and materials of Hammer, {WORKSHOP_TOOLS}",
+    mass=0.6897,
+    friction=RUBBER.friction,
+)
 def hammer(
     length: float = 0.3115,
     head_length: float = 0.124,
@@ -83,6 +91,11 @@ def hammer(
     )
 
 
+@catalogue_object(
+    "Tools",
+    "density of steel x size of a 600 mm wrecking bar of 18 mm hexagonal steel",
+    friction=STEEL.friction,
+)
 def crowbar(
     length: float = 0.6, across_flats: float = 0.018, density: float = STEEL.density
 ) -> tuple[Part, ...]:
@@ -112,6 +125,11 @@ def crowbar(
     return assemble(Piece(bar, density, (0.15, 0.25, 0.5)), turn_deg=(90.0, 0.0, 0.0))
 
 
+@catalogue_object(
+    "Tools",
+    "densities x sizes of a 450 mm hand saw with a 0.9 mm blade and a beech handle",
+    friction=WOOD.friction,
+)
 def wood_saw(
     blade_length: float = 0.45,
     blade_height: float = 0.11,
@@ -159,6 +177,11 @@ def wood_saw(
     )
 
 
+@catalogue_object(
+    "Tools",
+    "densities x sizes of a 25 mm bevel-edge chisel with a wooden handle",
+    friction=WOOD.friction,
+)
 def chisel(
     blade_width: float = 0.025,
     blade_length: float = 0.13,

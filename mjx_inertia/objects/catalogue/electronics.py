@@ -5,14 +5,26 @@ In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
 
 from manifold3d import CrossSection, Manifold, OpType
 
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import ABS, ALUMINIUM, BLACK, GLASS, RED, RUBBER
-from mjx_inertia.objects.catalogue.shaping import block, plate, rectangle, rod
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
+from mjx_inertia.objects.catalogue.shaping import (
+    Piece,
+    assemble,
+    block,
+    plate,
+    rectangle,
+    rod,
+)
 from mjx_inertia.objects.part import Part
 
 _GREY = (0.65, 0.66, 0.68)
 
 
+@catalogue_object(
+    "Home",
+    "glass, aluminium and battery at the sizes of a 6.1 inch phone, 0.17 to 0.18 kg",
+    friction=GLASS.friction,
+)
 def phone(
     height: float = 0.147,
     width: float = 0.0715,
@@ -72,6 +84,11 @@ def _cameras(side: float) -> tuple[Manifold, Manifold, Manifold, Manifold]:
     return rod((x, y, 0.0014), (x, y, 0.0024), 0.08 * side), lenses, rims, bump
 
 
+@catalogue_object(
+    "Home",
+    "ABS case of 2 mm, rubber keys, circuit board and two AAA cells of 11.5 g",
+    friction=ABS.friction,
+)
 def remote_control(
     length: float = 0.175,
     width: float = 0.046,

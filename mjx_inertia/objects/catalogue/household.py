@@ -8,7 +8,6 @@ from jaxtyping import Float
 from manifold3d import CrossSection, Manifold
 from numpy import ndarray
 
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import (
     ABS,
     BARE_BRASS,
@@ -26,8 +25,11 @@ from mjx_inertia.objects.catalogue.materials import (
     WHITE,
     WOOD,
 )
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
+    Piece,
     arc,
+    assemble,
     block,
     core,
     lathe,
@@ -40,6 +42,11 @@ from mjx_inertia.objects.catalogue.shaping import (
 from mjx_inertia.objects.part import Part
 
 
+@catalogue_object(
+    "Home",
+    "stainless steel, 7900 kg/m³, 0.9 mm thick, with resin grips",
+    friction=STAINLESS.friction,
+)
 def kettle(
     diameter: float = 0.2,
     height: float = 0.115,
@@ -102,6 +109,11 @@ def _drawn_out(way: Float[ndarray, "n 2"]) -> Float[ndarray, "n 2"]:
     return ends
 
 
+@catalogue_object(
+    "Home",
+    "stoneware, 2400 kg/m³, at the usual wall thickness of a 26 cm vase",
+    friction=CERAMIC.friction,
+)
 def vase(
     height: float = 0.26,
     diameter: float = 0.15,
@@ -130,6 +142,11 @@ def vase(
     )
 
 
+@catalogue_object(
+    "Home",
+    "beech, brass, glass and a fabric shade of 0.5 kg/m² at the sizes of a bedside lamp",
+    friction=WOOD.friction,
+)
 def lamp(
     height: float = 0.42,
     shade_diameter: float = 0.26,
@@ -175,6 +192,11 @@ def lamp(
     )
 
 
+@catalogue_object(
+    "Home",
+    "corrugated board of 0.6 kg/m² at the size of a 30 x 22 x 16 cm parcel",
+    friction=CARDBOARD.friction,
+)
 def cardboard_box(
     length: float = 0.3,
     width: float = 0.22,
@@ -206,6 +228,11 @@ def cardboard_box(
     return assemble(Piece(box, density, (0.72, 0.54, 0.34)))
 
 
+@catalogue_object(
+    "Home",
+    "case and bells of 0.8 and 1 mm steel, brass works, at the size of a twin-bell clock",
+    friction=STEEL.friction,
+)
 def alarm_clock(
     diameter: float = 0.1,
     depth: float = 0.05,

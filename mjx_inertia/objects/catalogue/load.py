@@ -8,16 +8,45 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import get_args
 
-from mjx_inertia.objects.catalogue.build import Value, build, default_cache, nearest
-from mjx_inertia.objects.catalogue.home import HOME
-from mjx_inertia.objects.catalogue.primitives import PRIMITIVES
-from mjx_inertia.objects.catalogue.pushing import PUSHING
-from mjx_inertia.objects.catalogue.recipe import Category, Recipe
-from mjx_inertia.objects.catalogue.thesis import THESIS
-from mjx_inertia.objects.catalogue.tools import TOOLS
-from mjx_inertia.objects.catalogue.toys import TOYS
+from mjx_inertia.objects.catalogue import (
+    animals,
+    carpentry,
+    electronics,
+    fastening,
+    household,
+    primitives,
+    pushing,
+    site_tools,
+    tableware,
+    thesis,
+    toys,
+    vehicles,
+)
+from mjx_inertia.objects.catalogue.recipe import (
+    Category,
+    Recipe,
+    Value,
+    build,
+    default_cache,
+    nearest,
+)
 from mjx_inertia.objects.model import ObjectModel
 
+# Modules of recipes, in the order of the catalogue within each category.
+_MODULES = (
+    primitives,
+    carpentry,
+    fastening,
+    site_tools,
+    tableware,
+    household,
+    electronics,
+    toys,
+    vehicles,
+    animals,
+    pushing,
+    thesis,
+)
 CATEGORIES: tuple[str, ...] = get_args(Category)
 
 
@@ -28,7 +57,7 @@ def recipes() -> dict[str, Recipe]:
     Raises:
       ValueError: two recipes share a name.
     """
-    every = (*PRIMITIVES, *TOOLS, *HOME, *TOYS, *PUSHING, *THESIS)
+    every = [one for m in _MODULES for one in vars(m).values() if isinstance(one, Recipe)]
     known: dict[str, Recipe] = {}
     for recipe in sorted(every, key=lambda recipe: CATEGORIES.index(recipe.category)):
         if recipe.name in known:

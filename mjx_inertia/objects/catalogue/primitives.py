@@ -9,7 +9,7 @@ import numpy as np
 
 from mjx_inertia.objects import solids
 from mjx_inertia.objects.catalogue.materials import ALUMINIUM, WOOD
-from mjx_inertia.objects.catalogue.recipe import Recipe, of_function
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.part import Part, on_table, turned
 
 _BEECH = WOOD.density
@@ -26,16 +26,21 @@ YELLOW = (0.93, 0.75, 0.20)
 METAL = (0.75, 0.77, 0.80)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def sphere(radius: float = 0.05, density: float = _BEECH) -> tuple[Part, ...]:
     """A ball of 10 cm across."""
-    return ellipsoid(radius, radius, radius, density, RED)
+    return ellipsoid.build(radius, radius, radius, density, RED)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def cube(edge: float = 0.1, density: float = _BEECH) -> tuple[Part, ...]:
     """Edges of 10 cm: the smallest of the cubes that the thesis pushes."""
     return (solids.box((edge, edge, edge), density=density, color=NATURAL),)
 
 
+@catalogue_object(
+    "Primitives", "sizes and mass from chapter 6 of the thesis: polystyrene foam", mass=0.4
+)
 def cuboid(
     x: float = 0.5, y: float = 0.15, z: float = 0.2, density: float = _FOAM
 ) -> tuple[Part, ...]:
@@ -43,6 +48,7 @@ def cuboid(
     return (solids.box((x, y, z), density=density, color=BLUE),)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def cylinder(
     radius: float = 0.04, height: float = 0.12, density: float = _BEECH
 ) -> tuple[Part, ...]:
@@ -50,12 +56,14 @@ def cylinder(
     return (solids.cylinder(radius, height, density=density, color=GREEN, sections=_FINE),)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def cone(radius: float = 0.05, height: float = 0.12, density: float = _BEECH) -> tuple[Part, ...]:
     """An upright cone on its base."""
     profile = np.array([[0.0, 0.0], [radius, 0.0], [0.0, height]])
     return (solids.revolution(profile, density=density, color=YELLOW, sections=_FINE),)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def ellipsoid(
     semi_x: float = 0.08,
     semi_y: float = 0.055,
@@ -70,6 +78,7 @@ def ellipsoid(
     )
 
 
+@catalogue_object("Primitives", _TABLE_3_2 + "beech (710 kg/m³)", mass=1.0)
 def elliptic_prism(
     semi_x: float = 0.15, semi_y: float = 0.0995, height: float = 0.03, density: float = _BEECH
 ) -> tuple[Part, ...]:
@@ -78,6 +87,7 @@ def elliptic_prism(
     return (solids.extrusion(outline, height, density=density, color=NATURAL),)
 
 
+@catalogue_object("Primitives", _TABLE_3_2 + "beech (700 kg/m³)", mass=1.0)
 def hexagonal_prism(
     side: float = 0.1, height: float = 0.055, density: float = _BEECH
 ) -> tuple[Part, ...]:
@@ -85,6 +95,7 @@ def hexagonal_prism(
     return (solids.extrusion(_regular(6, side), height, density=density, color=GREEN),)
 
 
+@catalogue_object("Primitives", _TABLE_3_2 + "beech (700 kg/m³)", mass=1.0)
 def triangular_prism(
     side: float = 0.2224, height: float = 0.0667, density: float = _BEECH
 ) -> tuple[Part, ...]:
@@ -93,6 +104,7 @@ def triangular_prism(
     return (solids.extrusion(_regular(3, radius), height, density=density, color=RED),)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def wedge(
     length: float = 0.15, width: float = 0.08, height: float = 0.06, density: float = _BEECH
 ) -> tuple[Part, ...]:
@@ -102,6 +114,7 @@ def wedge(
     return (solids.convex(np.array(points), density=density, color=YELLOW),)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def torus(
     ring_radius: float = 0.06, bar_radius: float = 0.02, density: float = _BEECH
 ) -> tuple[Part, ...]:
@@ -111,6 +124,7 @@ def torus(
     return on_table(part)
 
 
+@catalogue_object("Primitives", _SOLID_BEECH)
 def capsule(radius: float = 0.03, length: float = 0.1, density: float = _BEECH) -> tuple[Part, ...]:
     """A lying cylinder along x with round ends; `length` without them."""
     arc = np.linspace(0.0, 0.5 * np.pi, 17)
@@ -122,6 +136,9 @@ def capsule(radius: float = 0.03, length: float = 0.1, density: float = _BEECH) 
     return on_table(turned(solids.with_volume(part, true), 90.0, (0.0, 1.0, 0.0)))
 
 
+@catalogue_object(
+    "Primitives", "volume x 2700 kg/m³ of aluminium (Ashby)", friction=ALUMINIUM.friction
+)
 def tube(
     outer: float = 0.05, wall: float = 0.004, height: float = 0.12, density: float = 2700.0
 ) -> tuple[Part, ...]:
@@ -133,24 +150,3 @@ def _regular(sides: int, radius: float) -> np.ndarray:
     """Corners of a regular polygon on a circle, one of them on the x axis."""
     angle = 2.0 * np.pi * np.arange(sides) / sides
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-PRIMITIVES: tuple[Recipe, ...] = (
-    of_function(sphere, "Primitives", None, _SOLID_BEECH),
-    of_function(cube, "Primitives", None, _SOLID_BEECH),
-    of_function(
-        cuboid, "Primitives", 0.4, "sizes and mass from chapter 6 of the thesis: polystyrene foam"
-    ),
-    of_function(cylinder, "Primitives", None, _SOLID_BEECH),
-    of_function(cone, "Primitives", None, _SOLID_BEECH),
-    of_function(ellipsoid, "Primitives", None, _SOLID_BEECH),
-    of_function(elliptic_prism, "Primitives", 1.0, _TABLE_3_2 + "beech (710 kg/m³)"),
-    of_function(hexagonal_prism, "Primitives", 1.0, _TABLE_3_2 + "beech (700 kg/m³)"),
-    of_function(triangular_prism, "Primitives", 1.0, _TABLE_3_2 + "beech (700 kg/m³)"),
-    of_function(wedge, "Primitives", None, _SOLID_BEECH),
-    of_function(torus, "Primitives", None, _SOLID_BEECH),
-    of_function(capsule, "Primitives", None, _SOLID_BEECH),
-    of_function(
-        tube, "Primitives", None, "volume x 2700 kg/m³ of aluminium (Ashby)", ALUMINIUM.friction
-    ),
-)

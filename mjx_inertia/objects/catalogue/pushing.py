@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from mjx_inertia.objects import solids
 from mjx_inertia.objects.catalogue.materials import RUBBER, STEEL, WOOD
 from mjx_inertia.objects.catalogue.primitives import BLUE, GREEN, METAL, NATURAL, RED, YELLOW
-from mjx_inertia.objects.catalogue.recipe import Recipe, of_function
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.part import Part, moved, turned
 
 _BEECH = WOOD.density
@@ -24,6 +24,7 @@ _BEECH_BOARD = "volume x 700 kg/m³ of beech (Ashby)"
 _FIBRE_BOARD = "volume x 750 kg/m³ of medium-density fibreboard (Ashby)"
 
 
+@catalogue_object("Pushing", _BEECH_BOARD)
 def bar(
     length: float = 0.3, width: float = 0.045, height: float = 0.022, density: float = _BEECH
 ) -> tuple[Part, ...]:
@@ -31,6 +32,7 @@ def bar(
     return (solids.box((length, width, height), density=density, color=NATURAL),)
 
 
+@catalogue_object("Pushing", _BEECH_BOARD)
 def l_shape(
     x: float = 0.22,
     y: float = 0.16,
@@ -43,6 +45,7 @@ def l_shape(
     return _board(area, height, density, BLUE)
 
 
+@catalogue_object("Pushing", _BEECH_BOARD)
 def t_shape(
     bar_length: float = 0.2,
     stem_length: float = 0.15,
@@ -56,6 +59,7 @@ def t_shape(
     return _board(shapely.union(across, stem), height, density, RED)
 
 
+@catalogue_object("Pushing", _BEECH_BOARD)
 def cross(
     length: float = 0.22,
     breadth: float = 0.22,
@@ -69,6 +73,7 @@ def cross(
     return _board(area, height, density, GREEN)
 
 
+@catalogue_object("Pushing", _BEECH_BOARD)
 def trapezium(
     base: float = 0.24,
     top: float = 0.14,
@@ -81,6 +86,7 @@ def trapezium(
     return _board(shapely.Polygon(ring), height, density, YELLOW)
 
 
+@catalogue_object("Pushing", _FIBRE_BOARD)
 def u_shape(
     length: float = 0.18,
     breadth: float = 0.15,
@@ -93,6 +99,7 @@ def u_shape(
     return _board(_from_corner(length, breadth).difference(inside), height, density, RED)
 
 
+@catalogue_object("Pushing", _FIBRE_BOARD)
 def z_shape(
     edge: float = 0.07, height: float = 0.03, density: float = _FIBREBOARD
 ) -> tuple[Part, ...]:
@@ -102,6 +109,7 @@ def z_shape(
     return _board(area, height, density, BLUE)
 
 
+@catalogue_object("Pushing", _FIBRE_BOARD)
 def half_disc(
     radius: float = 0.11, height: float = 0.03, density: float = _FIBREBOARD
 ) -> tuple[Part, ...]:
@@ -111,6 +119,7 @@ def half_disc(
     return _board(shapely.Polygon(ring), height, density, NATURAL)
 
 
+@catalogue_object("Pushing", _BEECH_BOARD)
 def boomerang(
     span: float = 0.3,
     width: float = 0.055,
@@ -128,6 +137,7 @@ def boomerang(
     return _board(smooth.simplify(1e-4), height, density, YELLOW)
 
 
+@catalogue_object("Pushing", _BEECH_BOARD)
 def cutting_board(
     length: float = 0.3,
     width: float = 0.2,
@@ -146,6 +156,9 @@ def cutting_board(
     return _board(area, height, density, NATURAL)
 
 
+@catalogue_object(
+    "Pushing", "volume x 1800 kg/m³, the middle of fired clay's 1600 to 2000", friction=0.55
+)
 def clay_brick(
     length: float = 0.215, width: float = 0.1025, height: float = 0.065, density: float = _BRICK
 ) -> tuple[Part, ...]:
@@ -156,6 +169,7 @@ def clay_brick(
     return _board(area, height, density, (0.65, 0.31, 0.22))
 
 
+@catalogue_object("Pushing", "volumes x densities of beech, rubber and plastic (Ashby)")
 def car_on_wheels(
     length: float = 0.22,
     width: float = 0.085,
@@ -222,27 +236,3 @@ def _board(
     """A board with its centroid on the z axis."""
     centred = translate(area, -area.centroid.x, -area.centroid.y)
     return (solids.extrusion(centred, height, density=density, color=color),)
-
-
-PUSHING: tuple[Recipe, ...] = (
-    of_function(bar, "Pushing", None, _BEECH_BOARD),
-    of_function(l_shape, "Pushing", None, _BEECH_BOARD),
-    of_function(t_shape, "Pushing", None, _BEECH_BOARD),
-    of_function(cross, "Pushing", None, _BEECH_BOARD),
-    of_function(trapezium, "Pushing", None, _BEECH_BOARD),
-    of_function(u_shape, "Pushing", None, _FIBRE_BOARD),
-    of_function(z_shape, "Pushing", None, _FIBRE_BOARD),
-    of_function(half_disc, "Pushing", None, _FIBRE_BOARD),
-    of_function(boomerang, "Pushing", None, _BEECH_BOARD),
-    of_function(cutting_board, "Pushing", None, _BEECH_BOARD),
-    of_function(
-        clay_brick,
-        "Pushing",
-        None,
-        "volume x 1800 kg/m³, the middle of fired clay's 1600 to 2000",
-        0.55,
-    ),
-    of_function(
-        car_on_wheels, "Pushing", None, "volumes x densities of beech, rubber and plastic (Ashby)"
-    ),
-)

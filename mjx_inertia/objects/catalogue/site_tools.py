@@ -6,7 +6,6 @@ In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import (
     ABS,
     ALUMINIUM,
@@ -17,9 +16,12 @@ from mjx_inertia.objects.catalogue.materials import (
     STEEL,
     YELLOW,
 )
+from mjx_inertia.objects.catalogue.recipe import WORKSHOP_TOOLS, catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
+    Piece,
     arc,
+    assemble,
     block,
     lathe,
     outline,
@@ -32,6 +34,11 @@ from mjx_inertia.objects.catalogue.shaping import (
 from mjx_inertia.objects.part import Part
 
 
+@catalogue_object(
+    "Tools",
+    "densities x sizes of an 18 V drill with a 2 Ah pack, a class of 1.5 to 1.9 kg",
+    friction=ABS.friction,
+)
 def drill(
     height: float = 0.215,
     housing_diameter: float = 0.062,
@@ -105,6 +112,12 @@ def _along_x(profile: list[tuple[float, float]], radius: float, axis: float) -> 
     return solid.rotate((0.0, 90.0, 0.0)).translate((0.0, 0.0, axis))
 
 
+@catalogue_object(
+    "Tools",
+    f"mass and extents of Measuring Tape, {WORKSHOP_TOOLS}; the inside as in a 5 m tape",
+    mass=0.13627,
+    friction=ABS.friction,
+)
 def tape_measure(
     width: float = 0.0529,
     height: float = 0.0609,
@@ -157,6 +170,11 @@ def tape_measure(
     )
 
 
+@catalogue_object(
+    "Tools",
+    "densities x sizes of a 400 mm level of 1.6 mm aluminium box section",
+    friction=ALUMINIUM.friction,
+)
 def spirit_level(
     length: float = 0.4,
     height: float = 0.05,

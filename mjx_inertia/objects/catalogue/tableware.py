@@ -6,10 +6,12 @@ In: sizes, wall thicknesses and densities. Out: parts at rest, as `Recipe.build`
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import ALUMINIUM, BLUE, CERAMIC, GLASS, WHITE
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
+    Piece,
     arc,
+    assemble,
     core,
     lathe,
     plate,
@@ -20,7 +22,10 @@ from mjx_inertia.objects.catalogue.shaping import (
 )
 from mjx_inertia.objects.part import Part
 
+_STONEWARE = "stoneware, 2400 kg/m³, at the usual wall thickness"
 
+
+@catalogue_object("Home", f"{_STONEWARE} of a 0.3 l mug", friction=CERAMIC.friction)
 def mug(
     height: float = 0.095,
     diameter: float = 0.082,
@@ -50,6 +55,7 @@ def mug(
     return assemble(Piece(vessel(curve, wall) + handle, density, (0.16, 0.32, 0.6)))
 
 
+@catalogue_object("Home", f"{_STONEWARE} of a cereal bowl", friction=CERAMIC.friction)
 def bowl(
     diameter: float = 0.155,
     height: float = 0.065,
@@ -71,6 +77,11 @@ def bowl(
     return assemble(Piece(vessel(curve, wall), density, (0.85, 0.55, 0.2)))
 
 
+@catalogue_object(
+    "Home",
+    "porcelain, 2400 kg/m³, at the usual thickness of a 26.5 cm plate",
+    friction=CERAMIC.friction,
+)
 def dinner_plate(
     diameter: float = 0.265,
     height: float = 0.024,
@@ -95,6 +106,9 @@ def dinner_plate(
     return assemble(Piece(glaze, density, BLUE), Piece(body, density, WHITE))
 
 
+@catalogue_object(
+    "Home", "soda-lime glass, 2500 kg/m³, with a bowl 1.5 mm thick", friction=GLASS.friction
+)
 def wine_glass(
     height: float = 0.21,
     bowl_diameter: float = 0.078,
@@ -119,6 +133,11 @@ def wine_glass(
     return assemble(Piece(under + vessel(curve, wall), density, (0.75, 0.85, 0.88)))
 
 
+@catalogue_object(
+    "Home",
+    "glass, 2500 kg/m³, at the 3.5 mm of an empty 0.75 l Bordeaux bottle, 0.4 to 0.6 kg",
+    friction=GLASS.friction,
+)
 def bottle(
     height: float = 0.3,
     diameter: float = 0.075,
@@ -148,6 +167,9 @@ def bottle(
     return assemble(Piece(whole + lathe(ring), density, (0.08, 0.3, 0.14)))
 
 
+@catalogue_object(
+    "Home", "0.33 l of lemonade, 1040 kg/m³, in 13 g of aluminium", friction=ALUMINIUM.friction
+)
 def can(
     height: float = 0.115,
     diameter: float = 0.066,

@@ -11,7 +11,7 @@ import trimesh
 
 from mjx_inertia.objects import solids
 from mjx_inertia.objects.catalogue.materials import ABS, ALUMINIUM, CARDBOARD, STEEL
-from mjx_inertia.objects.catalogue.recipe import Recipe, of_function
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.part import Part, moved, on_table, turned
 
 # Mass (kg) and I_zz about the CoM (kg m²) of the six novel objects, thesis Table 3.2.
@@ -34,6 +34,7 @@ _OLIVE = (0.36, 0.40, 0.22)
 _DARK_OLIVE = (0.22, 0.25, 0.14)
 
 
+@catalogue_object("Home", _TABLE + "aluminium 3 mm thick with a phenolic handle", mass=0.8)
 def saucepan(
     radius: float = 0.09,
     height: float = 0.085,
@@ -64,6 +65,7 @@ def saucepan(
     return (pan, solids.carved(held, filled), handle)
 
 
+@catalogue_object("Toys", _TABLE + "hollow plastic with full tracks", mass=0.5, friction=0.5)
 def tank(
     length: float = 0.16,
     width: float = 0.1,
@@ -108,6 +110,7 @@ def tank(
     return tuple(parts)
 
 
+@catalogue_object("Pushing", _TABLE + "granite, 2650 kg/m³", mass=2.5, friction=0.6)
 def rock(
     x: float = 0.202, y: float = 0.15, z: float = 0.0572, density: float = _GRANITE
 ) -> tuple[Part, ...]:
@@ -122,6 +125,7 @@ def rock(
     return (solids.convex(points, density=density, color=(0.50, 0.49, 0.47)),)
 
 
+@catalogue_object("Home", "sizes and mass from §5.3.1 of the thesis", mass=0.34, friction=0.35)
 def book(
     length: float = 0.22,
     width: float = 0.15,
@@ -143,6 +147,7 @@ def book(
     return (cover, pages)
 
 
+@catalogue_object("Primitives", "sizes and mass from §4.5.2 of the thesis", mass=0.3)
 def disk_with_weights(
     radius: float = 0.15,
     height: float = 0.05,
@@ -181,6 +186,7 @@ def disk_with_weights(
     return (disk, handle, *weights)
 
 
+@catalogue_object("Primitives", "mass from §5.3.1 of the thesis, sizes our choice", mass=0.43)
 def tensor_object(
     handle_ring: float = 0.08,
     x_plus: float = 0.08,
@@ -250,15 +256,3 @@ def _loft(
         for (x, height), (y, z) in zip(stations, widths, strict=True)
     ]
     return solids.skin(rings, density=density, color=_BLACK)
-
-
-THESIS: tuple[Recipe, ...] = (
-    of_function(saucepan, "Home", 0.8, _TABLE + "aluminium 3 mm thick with a phenolic handle"),
-    of_function(tank, "Toys", 0.5, _TABLE + "hollow plastic with full tracks", 0.5),
-    of_function(rock, "Pushing", 2.5, _TABLE + "granite, 2650 kg/m³", 0.6),
-    of_function(book, "Home", 0.34, "sizes and mass from §5.3.1 of the thesis", 0.35),
-    of_function(disk_with_weights, "Primitives", 0.3, "sizes and mass from §4.5.2 of the thesis"),
-    of_function(
-        tensor_object, "Primitives", 0.43, "mass from §5.3.1 of the thesis, sizes our choice"
-    ),
-)

@@ -1,23 +1,18 @@
-"""The Toys of the catalogue.
+"""Toys that are neither animal nor vehicle: ball, dumbbell, brick, spinning top, stacking rings.
 
-In: sizes and densities. Out: `TOYS`, with the builders of those that are neither animal nor
-vehicle: ball, dumbbell, building brick, spinning top, stacking rings.
+In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
 """
 
 import numpy as np
 import trimesh
 from manifold3d import CrossSection, Manifold, OpType
 
-from mjx_inertia.objects.catalogue.animals import dog, duck, elephant, teddy_bear
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import (
     ABS,
     BARE_STEEL,
     BARE_WOOD,
     BLACK,
     BLUE,
-    PLUSH,
-    PVC,
     RED,
     RUBBER,
     STEEL,
@@ -25,11 +20,20 @@ from mjx_inertia.objects.catalogue.materials import (
     WHITE,
     WOOD,
 )
-from mjx_inertia.objects.catalogue.recipe import of_function
-from mjx_inertia.objects.catalogue.shaping import arc, block, lathe, plate, rod, spline
-from mjx_inertia.objects.catalogue.vehicles import car, locomotive, rocket, sailing_boat
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
+from mjx_inertia.objects.catalogue.shaping import (
+    Piece,
+    arc,
+    assemble,
+    block,
+    lathe,
+    plate,
+    rod,
+    spline,
+)
 from mjx_inertia.objects.part import Part
 
+_BEECH = "turned and sawn beech, 700 kg/m³"
 PALETTE = (
     (0.85, 0.1, 0.1),
     (0.95, 0.5, 0.05),
@@ -40,6 +44,12 @@ PALETTE = (
 )
 
 
+@catalogue_object(
+    "Toys",
+    "a football: cover and bladder of 2.7 mm at 1100 kg/m³, within the 0.41 to 0.45 kg and "
+    "68 to 70 cm around of the Laws of the Game",
+    friction=RUBBER.friction,
+)
 def ball(diameter: float = 0.22, wall: float = 0.0027, density: float = 1100.0) -> tuple[Part, ...]:
     """A football with twelve black pentagons.
 
@@ -62,6 +72,11 @@ def ball(diameter: float = 0.22, wall: float = 0.0027, density: float = 1100.0) 
     return assemble(Piece(black, density, BLACK), Piece(white, density, WHITE))
 
 
+@catalogue_object(
+    "Toys",
+    "cast iron, 7200 kg/m³, and steel at the sizes of a 2 kg dumbbell",
+    friction=VINYL.friction,
+)
 def dumbbell(
     length: float = 0.19,
     head_width: float = 0.0595,
@@ -94,6 +109,11 @@ def dumbbell(
     )
 
 
+@catalogue_object(
+    "Toys",
+    "ABS, 1050 kg/m³, in the proportions of a brick of 4 x 2 studs, 16 mm apart",
+    friction=ABS.friction,
+)
 def building_brick(
     pitch: float = 0.016,
     columns: int = 4,
@@ -126,6 +146,7 @@ def building_brick(
     return assemble(Piece(brick, density, RED))
 
 
+@catalogue_object("Toys", _BEECH, friction=WOOD.friction)
 def spinning_top(
     diameter: float = 0.07, height: float = 0.075, density: float = WOOD.density
 ) -> tuple[Part, ...]:
@@ -152,6 +173,7 @@ def spinning_top(
     )
 
 
+@catalogue_object("Toys", _BEECH, friction=WOOD.friction)
 def stacking_rings(
     base_diameter: float = 0.12,
     ring_height: float = 0.022,
@@ -185,48 +207,3 @@ def stacking_rings(
         color = PALETTE[(5 - index) % len(PALETTE)]
         pieces.append(Piece(ring.translate((0.0, 0.0, lift)), density, color))
     return assemble(*pieces)
-
-
-_BEECH = "turned and sawn beech, 700 kg/m³"
-_FIGURE = "solid PVC, 1300 kg/m³, as small animal figures are"
-
-TOYS = (
-    of_function(
-        ball,
-        "Toys",
-        None,
-        "a football: cover and bladder of 2.7 mm at 1100 kg/m³, within the 0.41 to 0.45 kg and "
-        "68 to 70 cm around of the Laws of the Game",
-        RUBBER.friction,
-    ),
-    of_function(
-        dumbbell,
-        "Toys",
-        None,
-        "cast iron, 7200 kg/m³, and steel at the sizes of a 2 kg dumbbell",
-        VINYL.friction,
-    ),
-    of_function(
-        building_brick,
-        "Toys",
-        None,
-        "ABS, 1050 kg/m³, in the proportions of a brick of 4 x 2 studs, 16 mm apart",
-        ABS.friction,
-    ),
-    of_function(spinning_top, "Toys", None, _BEECH, WOOD.friction),
-    of_function(stacking_rings, "Toys", None, _BEECH, WOOD.friction),
-    of_function(car, "Toys", None, f"{_BEECH}, on steel axles", WOOD.friction),
-    of_function(locomotive, "Toys", None, _BEECH, WOOD.friction),
-    of_function(sailing_boat, "Toys", None, f"{_BEECH}, and fabric sails", WOOD.friction),
-    of_function(rocket, "Toys", None, "ABS, 1050 kg/m³, walls of 2 mm", ABS.friction),
-    of_function(duck, "Toys", None, "soft PVC, 1200 kg/m³, walls of 2 mm, hollow", VINYL.friction),
-    of_function(dog, "Toys", None, _FIGURE, PVC.friction),
-    of_function(elephant, "Toys", None, _FIGURE, PVC.friction),
-    of_function(
-        teddy_bear,
-        "Toys",
-        None,
-        "plush stuffed with polyester wadding, 90 kg/m³ in all",
-        PLUSH.friction,
-    ),
-)

@@ -6,7 +6,6 @@ In: sizes and densities. Out: parts at rest, as `Recipe.build` promises. All loo
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.materials import (
     ABS,
     BARE_STEEL,
@@ -21,8 +20,11 @@ from mjx_inertia.objects.catalogue.materials import (
     WOOD,
     YELLOW,
 )
+from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
+    Piece,
+    assemble,
     block,
     ellipsoid_manifold,
     lathe,
@@ -36,7 +38,10 @@ from mjx_inertia.objects.catalogue.shaping import (
 )
 from mjx_inertia.objects.part import Part
 
+_BEECH = "turned and sawn beech, 700 kg/m³"
 
+
+@catalogue_object("Toys", f"{_BEECH}, on steel axles", friction=WOOD.friction)
 def car(
     length: float = 0.125,
     width: float = 0.056,
@@ -110,6 +115,7 @@ def _running_gear(
     return arches, wheels, hubs, axles
 
 
+@catalogue_object("Toys", _BEECH, friction=WOOD.friction)
 def locomotive(
     length: float = 0.17, width: float = 0.06, density: float = WOOD.density
 ) -> tuple[Part, ...]:
@@ -175,6 +181,7 @@ def _spoked_wheels(size: float, width: float) -> tuple[Manifold, Manifold]:
     return wheels, spokes
 
 
+@catalogue_object("Toys", f"{_BEECH}, and fabric sails", friction=WOOD.friction)
 def sailing_boat(
     length: float = 0.2,
     beam: float = 0.075,
@@ -239,6 +246,7 @@ def _hull(length: float, beam: float, deck: float) -> tuple[Manifold, Manifold]:
     return below, above
 
 
+@catalogue_object("Toys", "ABS, 1050 kg/m³, walls of 2 mm", friction=ABS.friction)
 def rocket(
     height: float = 0.24,
     diameter: float = 0.07,

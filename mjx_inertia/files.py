@@ -1,0 +1,96 @@
+"""Files that are written whole or not at all, and archives of arrays that say what is wrong.
+
+In: a path and bytes, text or arrays by name. Out: the file; or the arrays of an `.npz` file again.
+"""
+
+import contextlib
+import uuid
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy import ndarray
+
+# What NumPy, zipfile and the code that uses the arrays raise for files that are not as expected.
+_UNEXPECTED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    KeyError,
+    OSError,
+    TypeError,
+    ValueError,
+)
+
+
+def write_whole(path: Path, content: bytes | str) -> None:
+    """Writes `content` to `path`; an older file stays until the new one is done.
+
+    Raises:
+      FileNotFoundError: the folder does not exist.
+      OSError: the folder cannot be written into.
+    """
+    with _whole(path) as stream:
+        stream.write(content.encode() if isinstance(content, str) else content)
+
+
+def write_arrays(path: Path, arrays: Mapping[str, ndarray], *, compress: bool = False) -> None:
+    """Writes arrays to an `.npz` file; an older file stays until the new one is done.
+
+    Raises:
+      FileNotFoundError: the folder does not exist.
+      OSError: the folder cannot be written into.
+    """
+    save = np.savez_compressed if compress else np.savez
+    with _whole(path) as stream:
+        save(stream, allow_pickle=False, **arrays)
+
+
+@contextlib.contextmanager
+def read_arrays(path: Path, expected: str, remedy: str = "") -> Iterator[dict[str, ndarray]]:
+    """Arrays of an `.npz` file by name, to be used in a `with` block.
+
+    What goes wrong in the block, such as an array that is missing, is reported as a fault of the
+    file.
+
+    Args:
+      path: of the file.
+      expected: what the file should be, for the message.
+      remedy: what to do about a damaged file, for the message.
+
+    Raises:
+      FileNotFoundError: there is no such file.
+      ValueError: the file is truncated, damaged or of another kind.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file; expected {expected}")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        yield arrays
+    except _UNEXPECTED as error:
+        raise ValueError(
+            f"{path}: expected {expected}, found a file that is truncated, damaged or of another "
+            f"kind ({error}){remedy}"
+        ) from error
+
+
+@contextlib.contextmanager
+def _whole(path: Path) -> Iterator[BinaryIO]:
+    """A stream to a file beside `path` that takes its place when the block ends well."""
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"cannot write {path}: expected an existing folder {path.parent}")
+    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}.partial")
+    try:
+        stream = partial.open("xb")
+    except OSError as error:
+        raise OSError(f"{path}: cannot write into {path.parent} ({error.strerror})") from None
+    try:
+        with stream:
+            yield stream
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

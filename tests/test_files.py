@@ -1,0 +1,45 @@
+"""Files that are written whole or not at all, and archives that are not what they should be."""
+
+import numpy as np
+import pytest
+
+from mjx_inertia.files import read_arrays, write_arrays, write_whole
+
+
+class Unwritable:
+    """NumPy fails at it after it has begun to write."""
+
+    def __array__(self, *_, **__):
+        raise RuntimeError("no array")
+
+
+def test_an_interrupted_write_leaves_what_was_there(tmp_path):
+    path = tmp_path / "file.npz"
+    write_arrays(path, {"a": np.arange(3)})
+    with pytest.raises(RuntimeError, match="no array"):
+        write_arrays(path, {"a": np.zeros(1000), "b": Unwritable()})
+    with read_arrays(path, "numbers") as arrays:
+        np.testing.assert_array_equal(arrays["a"], np.arange(3))
+    assert [file.name for file in tmp_path.iterdir()] == ["file.npz"]
+    write_whole(path, "µ")
+    assert path.read_bytes() == "µ".encode()
+    with pytest.raises(FileNotFoundError, match="existing folder"):
+        write_whole(tmp_path / "no" / "file", b"")
+
+
+def test_a_file_of_another_kind_is_named_with_the_remedy(tmp_path):
+    path = tmp_path / "file.npz"
+    with pytest.raises(FileNotFoundError, match=r"file\.npz: no such file; expected numbers"):
+        read_arrays(path, "numbers").__enter__()
+    write_arrays(path, {"a": np.arange(1000)})
+    content = path.read_bytes()
+    np.save(tmp_path / "one.npy", np.arange(3))
+    single = (tmp_path / "one.npy").read_bytes()
+    for data in (b"", b"text", content[:100], single, content):
+        path.write_bytes(data)
+        message = r"file\.npz: expected numbers, found .*; delete it"
+        with (
+            pytest.raises(ValueError, match=message),
+            read_arrays(path, "numbers", "; delete it") as a,
+        ):
+            a["absent"]
