@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from mjx_inertia.command import aligned
 from mjx_inertia.objects.model import ObjectModel
 
 
@@ -62,15 +63,7 @@ def table(objects: Iterable[ObjectModel]) -> str:
     head = ("name", "category", "size / mm", "mass / kg", "CoM / mm", "principal moments / kg m²")
     head = (*head, "pieces off, %")
     rows = [head, *((*_cells(summarize(o)), f"{100.0 * o.pieces_error:.1f}") for o in objects)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
-    right = (False, False, False, True, False, False, True)
-    lines = [
-        "  ".join(
-            cell.rjust(width) if aligned else cell.ljust(width)
-            for cell, width, aligned in zip(row, widths, right, strict=True)
-        ).rstrip()
-        for row in rows
-    ]
+    lines = aligned(rows, left=(0, 1, 2, 4, 5))
     return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
 
 
