@@ -4,6 +4,7 @@ In: a path and bytes, text or arrays by name. Out: the file; or the arrays of an
 """
 
 import contextlib
+import os
 import uuid
 import zipfile
 import zlib
@@ -24,6 +25,19 @@ _UNEXPECTED = (
     TypeError,
     ValueError,
 )
+
+
+def check_writable(path: Path) -> None:
+    """Finds out before work that takes its time whether its file can be written.
+
+    Raises:
+      OSError: it is a folder, or there is no folder to write it into.
+    """
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise OSError(
+            f"{path}: expected a folder to write into, found none at {path.parent}: the file "
+            "cannot be written"
+        )
 
 
 def write_whole(path: Path, content: bytes | str) -> None:

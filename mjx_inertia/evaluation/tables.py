@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mjx_inertia.command import aligned
 from mjx_inertia.estimators import TARGETS
 from mjx_inertia.evaluation.summary import TargetSummary
 from mjx_inertia.files import write_whole
@@ -94,11 +95,7 @@ def format_table(summaries: Sequence[TargetSummary], *, baseline: str = "mean") 
             title = f"{name} (baseline)" if name == baseline else name
             cells = [_text_cell(rows[t], best.get(t) == name) for t in TARGETS]
             table.append([title, *cells, str(max(row.failed for row in rows.values()))])
-        widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
-        for line in table:
-            texts = [line[0].ljust(widths[0])]
-            texts += [cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)]
-            lines.append("  " + "  ".join(texts).rstrip())
+        lines += [f"  {line}" for line in aligned(table)]
         lines.append("")
     lines.append("mean |error| [95 % interval]; * best; % of the mean of truth and estimate")
     return "\n".join(lines)

@@ -1,16 +1,15 @@
 """Grasps of an object for a task, best first: `python -m mjx_inertia.grasping`."""
 
 import argparse
-import os
 import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 
-from mjx_inertia import runtime
+from mjx_inertia.command import Parser, run_command
+from mjx_inertia.files import check_writable
 from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
 from mjx_inertia.grasping.picture import picture_of, save_picture
 from mjx_inertia.grasping.ranking import CRITERIA, rank_grasps, ranking_table
@@ -33,21 +32,16 @@ _IN_FRONT = 0.45  # of the stretched length of an arm from a file
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Ranks grasps, prints the table and writes the picture; returns the exit status."""
-    given = _parser().parse_args(arguments)
-    runtime.configure(devices=1, float64=True)
-    try:
-        _run(given)
-    except (ValueError, OSError) as error:
-        print(" ".join(str(error).split()), file=sys.stderr)
-        return 2
-    return 0
+    return run_command(_parser(), _run, arguments, devices=1)
 
 
 def _run(given: argparse.Namespace) -> None:
     file = Path(given.out)
     _check_choice("task", given.task, list(TASKS))
     _check_choice("metric", given.metric, list(CRITERIA))
-    _check_writable(file)
+    if file.suffix != ".png":
+        raise ValueError(f"{file}: expected a name that ends in .png")
+    check_writable(file)
     arm, place, gripper = _arm(given)
     obj = _object(given)
     with warnings.catch_warnings():  # a short sample is said in the summary below
@@ -138,23 +132,8 @@ def _check_choice(kind: str, name: str, known: list[str]) -> None:
         raise ValueError(nearest(kind, name, known))
 
 
-def _check_writable(file: Path) -> None:
-    """Before the work, which takes its time."""
-    if file.suffix != ".png":
-        raise ValueError(f"{file}: expected a name that ends in .png")
-    if file.is_dir() or not os.access(file.parent, os.W_OK):
-        raise OSError(f"{file}: cannot be written; expected a folder at {file.parent}")
-
-
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, without the usage."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
-
-
-def _parser() -> _Parser:
-    parser = _Parser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="python -m mjx_inertia.grasping",
         description="Samples grasps of an object, ranks them for a task, and draws them.",
     )

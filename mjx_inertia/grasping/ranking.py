@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
+from mjx_inertia.command import aligned
 from mjx_inertia.grasping.contact_model import SoftFinger
 from mjx_inertia.grasping.evaluate import GraspCosts, evaluate_grasps
 from mjx_inertia.grasping.grasp import Grasp
@@ -126,15 +127,13 @@ def ranking_table(ranking: GraspRanking, rows: int = 10) -> str:
     """The best grasps as lines of text; a star is one of the Pareto set."""
     names = [name.replace("inverse_manipulability", "1/manipulability") for name in CRITERIA]
     heads = [f"{name} [{UNITS[key]}]" for name, key in zip(names, CRITERIA, strict=True)]
-    widths = [max(len(head), 9) for head in heads]
-    lines = ["rank  " + "  ".join(head.rjust(w) for head, w in zip(heads, widths, strict=True))]
-    lines[0] += "  width [mm]  held at, object frame [mm]"
+    lines = [["rank", *heads, "width [mm]", "held at, object frame [mm]"]]
     middle = np.asarray(ranking.grasps.contacts.points).mean(axis=1)
     front = set(ranking.front.tolist())
     for rank, row in enumerate(ranking.order[:rows], start=1):
         star = "*" if int(row) in front else " "
-        figures = (f"{x:{w}.4g}" for x, w in zip(ranking.costs[row], widths, strict=True))
+        figures = [f"{x:.4g}" for x in ranking.costs[row]]
         place = " ".join(f"{1e3 * x:6.1f}" for x in middle[row])
-        width = 1e3 * float(ranking.grasps.width[row])
-        lines.append(f"{rank:3}{star}  " + "  ".join(figures) + f"  {width:10.1f}  {place}")
-    return "\n".join(lines)
+        width = f"{1e3 * float(ranking.grasps.width[row]):.1f}"
+        lines.append([f"{rank}{star}", *figures, width, place])
+    return "\n".join(aligned(lines, left=(len(lines[0]) - 1,)))

@@ -7,9 +7,8 @@ and MJCF.
 import argparse
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
 
-from mjx_inertia import runtime
+from mjx_inertia.command import Parser, run_command
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
 from mjx_inertia.objects.export import FORMATS, export_objects
 from mjx_inertia.objects.gallery import gallery
@@ -20,38 +19,28 @@ _COMMANDS = ("list", "gallery", "export")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit status."""
-    given = _parser().parse_args(arguments)
-    runtime.configure(devices=1, float64=True)
-    try:
-        for option, values in (("--names", given.names), ("--category", given.category)):
-            if commands := [value for value in values if value in _COMMANDS]:
-                raise ValueError(f"{commands[0]!r} is a command; put {option} after the command")
-        objects = load_catalogue(given.names or None, category=given.category or None)
-        if given.command == "gallery":
-            gallery(objects, given.file)
-            print(f"{len(objects)} objects in {given.file}")
-        elif given.command == "export":
-            export_objects(objects, given.folder, given.format)
-            print(f"{len(objects)} objects in {given.folder}")
-        else:
-            print(object_table(objects.values()))
-            print(f"{len(objects)} objects")
-    except (ValueError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    return 0
+    return run_command(_parser(), _run, arguments, devices=1)
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, without the usage."""
+def _run(given: argparse.Namespace) -> None:
+    for option, values in (("--names", given.names), ("--category", given.category)):
+        if commands := [value for value in values if value in _COMMANDS]:
+            raise ValueError(f"{commands[0]!r} is a command; put {option} after the command")
+    objects = load_catalogue(given.names or None, category=given.category or None)
+    if given.command == "gallery":
+        gallery(objects, given.file)
+        print(f"{len(objects)} objects in {given.file}")
+    elif given.command == "export":
+        export_objects(objects, given.folder, given.format)
+        print(f"{len(objects)} objects in {given.folder}")
+    else:
+        print(object_table(objects.values()))
+        print(f"{len(objects)} objects")
 
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
 
-
-def _parser() -> _Parser:
+def _parser() -> Parser:
     which = _which(argparse.SUPPRESS)  # a default here would replace what stands before the command
-    parser = _Parser(
+    parser = Parser(
         prog="python -m mjx_inertia.objects",
         description="Objects with meshes and true inertial parameters.",
         parents=[_which([])],
@@ -71,9 +60,9 @@ def _parser() -> _Parser:
     return parser
 
 
-def _which(default: object) -> _Parser:
+def _which(default: object) -> Parser:
     """The options that choose objects."""
-    which = _Parser(add_help=False)
+    which = Parser(add_help=False)
     which.add_argument("--names", nargs="+", default=default, help="these objects only")
     which.add_argument("--category", nargs="+", default=default, help=f"of {', '.join(CATEGORIES)}")
     return which

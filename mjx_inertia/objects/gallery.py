@@ -7,7 +7,6 @@ those of the uniform ellipsoid with the same mass and tensor.
 
 import base64
 import io
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from matplotlib.image import imsave
 from matplotlib.patheffects import Normal, Stroke
 from tqdm import tqdm
 
-from mjx_inertia.files import write_whole
+from mjx_inertia.files import check_writable, write_whole
 from mjx_inertia.objects.listing import ObjectSummary, summarize_object
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.picture import Picture, View, draw_meshes
@@ -55,8 +54,7 @@ def gallery(
         raise ValueError(f"{file}: expected a name that ends in .png or .html")
     if not objects:
         raise ValueError("objects: there are none to draw")
-    if not os.access(file.parent, os.W_OK):  # known before the drawing, which takes its time
-        raise OSError(f"{file}: expected a folder to write into, found none at {file.parent}")
+    check_writable(file)
     shown = _shown(objects, progress)
     write_whole(file, _png(shown, columns) if file.suffix == ".png" else _html(shown))
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from mjx_inertia.command import aligned
 from mjx_inertia.objects.model import ObjectModel
 
 
@@ -65,15 +66,7 @@ def object_table(objects: Iterable[ObjectModel]) -> str:
         head,
         *((*_cells(summarize_object(o)), f"{100.0 * o.pieces_error:.1f}") for o in objects),
     ]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
-    right = (False, False, False, True, False, False, True)
-    lines = [
-        "  ".join(
-            cell.rjust(width) if aligned else cell.ljust(width)
-            for cell, width, aligned in zip(row, widths, right, strict=True)
-        ).rstrip()
-        for row in rows
-    ]
+    lines = aligned(rows, left=(0, 1, 2, 4, 5))
     return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
 
 

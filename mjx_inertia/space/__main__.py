@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
 
 import jax
 import jax.numpy as jnp
@@ -14,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy import ndarray
 
-from mjx_inertia import runtime
+from mjx_inertia.command import Parser, aligned, run_command
 from mjx_inertia.search import (
     MoeadSettings,
     Problem,
@@ -39,14 +38,7 @@ ALONE = StrategySettings(weights=1, population=20)  # CMA-ES on one cost
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Searches, prints a table, writes the figures; returns the exit status."""
-    given = _parser().parse_args(arguments)
-    runtime.configure(float64=True)
-    try:
-        _run(given)
-    except (ValueError, OSError) as error:
-        print(" ".join(str(error).split()), file=sys.stderr)
-        return 2
-    return 0
+    return run_command(_parser(), _run, arguments)
 
 
 def _run(given: argparse.Namespace) -> None:
@@ -115,10 +107,10 @@ def _searched(posed: Problem, generations: int, key: Array) -> SearchResult:
 
 
 def _table(straight: Float[ndarray, "9"], best: Float[ndarray, "9"]) -> str:
-    lines = [f"{'':14} {'straight quintic':>17} {'chosen':>12}"]
+    rows = [("", "straight quintic", "chosen")]
     for name, before, after in zip(THESIS, straight, best, strict=True):
-        lines.append(f"{name:14} {before:17.4g} {after:12.4g}")
-    return "\n".join(lines)
+        rows.append((name, f"{before:.4g}", f"{after:.4g}"))
+    return "\n".join(aligned(rows))
 
 
 def _draw(folder: Path, m: Manoeuvre, decision: Float[Array, " c"]) -> None:
@@ -150,15 +142,8 @@ def _check_writable(folder: Path) -> None:
         raise OSError(f"{folder}: cannot be written; expected a folder, or a new one in a folder")
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, without the usage."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
-
-
-def _parser() -> _Parser:
-    parser = _Parser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="python -m mjx_inertia.space",
         description="Searches joint motions of the planar space robot, and draws what it finds.",
     )
