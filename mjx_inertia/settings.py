@@ -38,23 +38,14 @@ _PROTOCOLS = {
 
 @dataclass(frozen=True)
 class SweepSettings:
-    """One run of the main job.
+    """One run of the main job."""
 
-    Attributes:
-      dataset: which pushes.
-      estimators: settings of each estimator by name, in the order of the tables.
-      features: how features are taken.
-      seed: of everything random in the estimators.
-      progress: show bars.
-      devices: host devices of the CPU (None: one a core).
-    """
-
-    dataset: SimulatedSettings | MeasuredSettings
-    estimators: Mapping[str, Any]
-    features: FeatureSettings = field(default_factory=FeatureSettings)
-    seed: int = 0
-    progress: bool = True
-    devices: int | None = None
+    dataset: SimulatedSettings | MeasuredSettings  # which pushes
+    estimators: Mapping[str, Any]  # settings of each estimator by name, in the order of the tables
+    features: FeatureSettings = field(default_factory=FeatureSettings)  # how features are taken
+    seed: int = 0  # of everything random in the estimators
+    progress: bool = True  # show bars
+    devices: int | None = None  # host devices of the CPU (None: one a core)
 
 
 def override(defaults: Any, changes: Mapping[str, Any], where: str = "") -> Any:

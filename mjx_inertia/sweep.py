@@ -71,21 +71,14 @@ THESIS_TABLE_3_4 = Published(
 
 @dataclass(frozen=True)
 class SweepResult:
-    """What a run found.
+    """What a run found."""
 
-    Attributes:
-      source: the pushes.
-      tables: examples by feature set, rows in the order of the source.
-      evaluations: of every estimator on every split.
-      fitted: the fitted estimators of each split's last fold, by (split, estimator).
-      shown: a few records for a figure.
-    """
-
-    source: Source
-    tables: Mapping[str, Examples]
-    evaluations: tuple[HeldOutEstimates, ...]
+    source: Source  # the pushes
+    tables: Mapping[str, Examples]  # examples by feature set, rows in the order of the source
+    evaluations: tuple[HeldOutEstimates, ...]  # of every estimator on every split
+    # the fitted estimators of each split's last fold, by (split, estimator)
     fitted: Mapping[tuple[str, str], Any]
-    shown: PushRecord
+    shown: PushRecord  # a few records for a figure
 
 
 def _some_of(records: PushRecord, count: int = 4) -> PushRecord:

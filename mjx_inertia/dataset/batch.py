@@ -13,38 +13,26 @@ from mjx_inertia.spatial import AnyArray
 
 @struct.dataclass
 class PushTruth:
-    """True planar inertial parameters.
+    """True planar inertial parameters."""
 
-    Attributes:
-      mass: kg.
-      inertia: I_zz about the CoM, kg m².
-      com: CoM from the first contact point, m: x along the inward contact normal, y to its left.
-    """
-
-    mass: Float[AnyArray, "*n"]
-    inertia: Float[AnyArray, "*n"]
+    mass: Float[AnyArray, "*n"]  # kg
+    inertia: Float[AnyArray, "*n"]  # I_zz about the CoM, kg m²
+    # CoM from the first contact point, m: x along the inward contact normal, y to its left
     com: Float[AnyArray, "*n 2"]
 
 
 @struct.dataclass
 class PushConditions:
-    """How a push was made: what errors are broken down by, never an input of an estimator.
+    """How a push was made: what errors are broken down by, never an input of an estimator."""
 
-    Attributes:
-      object_id: pushes of one object share it; a grouped split keeps it on one side.
-      friction: between object and table (NaN where unknown).
-      size: edge length or diameter, m.
-      speed: of the tip, m/s.
-      contact_offset: of the first contact from the middle of the face, fraction of half the edge.
-      angle: of the tip's path from the inward normal, rad.
-    """
-
+    # pushes of one object share it; a grouped split keeps it on one side
     object_id: Int[AnyArray, "*n"]
-    friction: Float[AnyArray, "*n"]
-    size: Float[AnyArray, "*n"]
-    speed: Float[AnyArray, "*n"]
+    friction: Float[AnyArray, "*n"]  # between object and table (NaN where unknown)
+    size: Float[AnyArray, "*n"]  # edge length or diameter, m
+    speed: Float[AnyArray, "*n"]  # of the tip, m/s
+    # of the first contact from the middle of the face, fraction of half the edge
     contact_offset: Float[AnyArray, "*n"]
-    angle: Float[AnyArray, "*n"]
+    angle: Float[AnyArray, "*n"]  # of the tip's path from the inward normal, rad
 
 
 @struct.dataclass

@@ -30,23 +30,14 @@ from mjx_inertia.pushing import SceneSettings, build_scene, simulate
 
 @dataclass(frozen=True)
 class GenerateSettings:
-    """Which pushes to simulate, and where they go.
+    """Which pushes to simulate, and where they go."""
 
-    Attributes:
-      path: of the store.
-      protocol: the pushes.
-      scene: table, rate and time step.
-      seed: of everything drawn.
-      block: pushes simulated and stored at once; more suits a GPU.
-      shard: "i/n": do the i-th of n parts of the blocks ("0/1": all).
-    """
-
-    path: Path
-    protocol: CubesProtocol | Cubes30Protocol | ShapesProtocol
-    scene: SceneSettings = field(default_factory=SceneSettings)
-    seed: int = 0
-    block: int = 600
-    shard: str = "0/1"
+    path: Path  # of the store
+    protocol: CubesProtocol | Cubes30Protocol | ShapesProtocol  # the pushes
+    scene: SceneSettings = field(default_factory=SceneSettings)  # table, rate and time step
+    seed: int = 0  # of everything drawn
+    block: int = 600  # pushes simulated and stored at once; more suits a GPU
+    shard: str = "0/1"  # "i/n": do the i-th of n parts of the blocks ("0/1": all)
 
     def __post_init__(self) -> None:
         """Raises ValueError for settings that contradict each other."""

@@ -42,17 +42,11 @@ class Signal:
 
 @dataclasses.dataclass(frozen=True)
 class McubeSignals:
-    """The streams of one push, each with its own time stamps.
+    """The streams of one push, each with its own time stamps."""
 
-    Attributes:
-      pose: x, y (m) and yaw (rad, unwrapped) of the object.
-      tip: x, y of the tip's centre, m.
-      force: on the object, N: minus the reaction on the pusher that the file holds.
-    """
-
-    pose: Signal
-    tip: Signal
-    force: Signal
+    pose: Signal  # x, y (m) and yaw (rad, unwrapped) of the object
+    tip: Signal  # x, y of the tip's centre, m
+    force: Signal  # on the object, N: minus the reaction on the pusher that the file holds
 
 
 def read_bytes(path: str | Path) -> bytes:

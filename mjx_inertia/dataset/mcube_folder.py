@@ -37,22 +37,15 @@ class McubeFailure:
 
 @dataclasses.dataclass(frozen=True)
 class McubeFolder:
-    """All pushes of a folder.
+    """All pushes of a folder."""
 
-    Attributes:
-      batch: records padded to the longest, truth and conditions; pushes with defective signals
-        are in it, with their status.
-      files: path of each push, below the folder.
-      objects: object names; `batch.conditions.object_id` counts them.
-      failures: files that could not be read as a push.
-      duplicates: files left out because a push of the same name was read before.
-    """
-
+    # records padded to the longest, truth and conditions; pushes with defective signals are in it,
+    # with their status
     batch: PushBatch
-    files: tuple[str, ...]
-    objects: tuple[str, ...]
-    failures: tuple[McubeFailure, ...]
-    duplicates: tuple[str, ...]
+    files: tuple[str, ...]  # path of each push, below the folder
+    objects: tuple[str, ...]  # object names; `batch.conditions.object_id` counts them
+    failures: tuple[McubeFailure, ...]  # files that could not be read as a push
+    duplicates: tuple[str, ...]  # files left out because a push of the same name was read before
 
 
 @dataclasses.dataclass(frozen=True)

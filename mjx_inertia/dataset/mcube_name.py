@@ -39,27 +39,16 @@ class McubeFileError(ValueError):
 
 @dataclasses.dataclass(frozen=True)
 class McubePush:
-    """One push as its file name describes it.
+    """One push as its file name describes it."""
 
-    Attributes:
-      surface: name of the table's surface.
-      shape: name of the object.
-      acceleration: of the tip, m/s²; 0 for a push at constant speed.
-      speed: of the tip, m/s; NaN for an accelerated push.
-      side: index of the pushed side of the outline, from 0.
-      fraction: along that side, or along the whole curve of a smooth object.
-      angle: of the tip's path from the inward normal, rad.
-      repetition: number of the repetition, if there were several.
-    """
-
-    surface: str
-    shape: str
-    acceleration: float
-    speed: float
-    side: int
-    fraction: float
-    angle: float
-    repetition: int | None
+    surface: str  # name of the table's surface
+    shape: str  # name of the object
+    acceleration: float  # of the tip, m/s²; 0 for a push at constant speed
+    speed: float  # of the tip, m/s; NaN for an accelerated push
+    side: int  # index of the pushed side of the outline, from 0
+    fraction: float  # along that side, or along the whole curve of a smooth object
+    angle: float  # of the tip's path from the inward normal, rad
+    repetition: int | None  # number of the repetition, if there were several
 
     @property
     def nominal_speed(self) -> float:

@@ -16,28 +16,18 @@ from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Independent normal errors of a standard deviation of `spread / 3` of the value plus a floor.
+    """Independent normal errors with a standard deviation of `spread / 3` of the value and a floor."""
 
-    Attributes:
-      spread: three standard deviations over the value (0.05: the ±5 % of the thesis).
-      floor: times the floors below (0: an error in proportion alone, as in the thesis; a signal
-        that is nearly zero is then measured nearly exactly, which no sensor does).
-      force: floor, N.
-      moment: N m, about the point of contact.
-      velocity: of the contact point and of the tip, m/s.
-      spin: rad/s.
-      position: m.
-      yaw: rad.
-    """
-
-    spread: float = 0.05
+    spread: float = 0.05  # three standard deviations over the value (0.05: the ±5 % of the thesis)
+    # times the floors below (0: an error in proportion alone, as in the thesis; a signal that is
+    # nearly zero is then measured nearly exactly, which no sensor does)
     floor: float = 0.0
-    force: float = 0.02
-    moment: float = 2e-4
-    velocity: float = 2e-4
-    spin: float = 2e-3
-    position: float = 1e-4
-    yaw: float = 1e-3
+    force: float = 0.02  # floor, N
+    moment: float = 2e-4  # N m, about the point of contact
+    velocity: float = 2e-4  # of the contact point and of the tip, m/s
+    spin: float = 2e-3  # rad/s
+    position: float = 1e-4  # m
+    yaw: float = 1e-3  # rad
 
     def sigma(self, value: Float[AnyArray, "*n"], floor: float) -> Float[Array, "*n"]:
         """Standard deviation of the error at a value, one of the floors being given."""

@@ -56,58 +56,36 @@ class Range:
 
 @dataclass(frozen=True)
 class CubesProtocol:
-    """Cubes of every mass, friction and size, pushed between every pair of points (errata 1).
+    """Cubes of every mass, friction and size, pushed between every pair of points (errata 1)."""
 
-    Attributes:
-      mass: kg.
-      friction: between cube and table.
-      edge: m.
-      points: along the pushed edge, evenly spaced inside it, both start and end of a push.
-      speeds: m/s.
-      length: of the tip's path, m.
-      pushes_per_cube: how many of the combinations of points and speed each cube gets (all of
-        them if None), drawn so that speeds are shared out evenly.
-      tip_friction: drawn per push from this interval.
-      tip_time_constant: of the contact, s, drawn per push from this interval.
-      tip_radius: m.
-    """
-
-    mass: Range = Range(0.5, 5.0, 20)
-    friction: Range = Range(0.2, 0.6, 6)
-    edge: Range = Range(0.1, 0.2, 4)
-    points: int = 5
-    speeds: tuple[float, ...] = (0.01, 0.02, 0.04, 0.06)
-    length: float = 0.15
+    mass: Range = Range(0.5, 5.0, 20)  # kg
+    friction: Range = Range(0.2, 0.6, 6)  # between cube and table
+    edge: Range = Range(0.1, 0.2, 4)  # m
+    points: int = 5  # along the pushed edge, evenly spaced inside it, both start and end of a push
+    speeds: tuple[float, ...] = (0.01, 0.02, 0.04, 0.06)  # m/s
+    length: float = 0.15  # of the tip's path, m
+    # how many of the combinations of points and speed each cube gets (all of them if None), drawn
+    # so that speeds are shared out evenly
     pushes_per_cube: int | None = None
-    tip_friction: tuple[float, float] = (0.2, 0.5)
+    tip_friction: tuple[float, float] = (0.2, 0.5)  # drawn per push from this interval
+    # of the contact, s, drawn per push from this interval
     tip_time_constant: tuple[float, float] = (0.01, 0.04)
-    tip_radius: float = 0.005
+    tip_radius: float = 0.005  # m
 
 
 @dataclass(frozen=True)
 class Cubes30Protocol:
-    """The 30 cubes of Table 3.1, pushed at points spread over the edge after a run-up (§3.3.2).
+    """The 30 cubes of Table 3.1, pushed at points spread over the edge after a run-up (§3.3.2)."""
 
-    Attributes:
-      pushes_per_cube: points, evenly spaced in [-a/2, a/2] without its ends.
-      speed: reached before contact, m/s.
-      acceleration: of the run-up, m/s².
-      approach: distance of the tip from the face at the start, m.
-      length: of the tip's path, m.
-      tip_friction: drawn per push from this interval.
-      tip_time_constant: s, drawn per push from this interval.
-      tip_radius: m.
-      cubes: (mass kg, edge m, friction) of each; None for Table 3.1.
-    """
-
-    pushes_per_cube: int = 10
-    speed: float = 0.25
-    acceleration: float = 0.2
-    approach: float = 0.2
-    length: float = 0.5
-    tip_friction: tuple[float, float] = (0.2, 0.5)
-    tip_time_constant: tuple[float, float] = (0.01, 0.04)
-    tip_radius: float = 0.005
+    pushes_per_cube: int = 10  # points, evenly spaced in [-a/2, a/2] without its ends
+    speed: float = 0.25  # reached before contact, m/s
+    acceleration: float = 0.2  # of the run-up, m/s²
+    approach: float = 0.2  # distance of the tip from the face at the start, m
+    length: float = 0.5  # of the tip's path, m
+    tip_friction: tuple[float, float] = (0.2, 0.5)  # drawn per push from this interval
+    tip_time_constant: tuple[float, float] = (0.01, 0.04)  # s, drawn per push from this interval
+    tip_radius: float = 0.005  # m
+    # (mass kg, edge m, friction) of each; None for Table 3.1
     cubes: tuple[tuple[float, float, float], ...] | None = None
 
 

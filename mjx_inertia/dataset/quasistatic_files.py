@@ -31,20 +31,14 @@ _KEY = re.compile(r"wrench_twist/([^/]+)/([^/]+)/(\d+(?:\.\d+)?)")
 
 @dataclasses.dataclass(frozen=True)
 class SlowPushes:
-    """Pushes of one object on one surface at one speed, one row each.
+    """Pushes of one object on one surface at one speed, one row each."""
 
-    Attributes:
-      surface: name of the table's surface.
-      shape: name of the object.
-      speed: of the tip, m/s; NaN where it is not told.
-      load: on the object, N, N, N m, object axes, moment about the object-frame origin.
-      twist: of the object at that origin, object axes: m/s, m/s, rad/s, or over one push m, m, rad.
-    """
-
-    surface: str
-    shape: str
-    speed: float
+    surface: str  # name of the table's surface
+    shape: str  # name of the object
+    speed: float  # of the tip, m/s; NaN where it is not told
+    # on the object, N, N, N m, object axes, moment about the object-frame origin
     load: Float[ndarray, "n 3"]
+    # of the object at that origin, object axes: m/s, m/s, rad/s, or over one push m, m, rad
     twist: Float[ndarray, "n 3"]
 
     @property

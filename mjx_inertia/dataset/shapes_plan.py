@@ -34,39 +34,26 @@ _TRIES = 200  # draws of one push before an object counts as one that cannot be 
 
 @dataclass(frozen=True)
 class ShapesProtocol:
-    """Straight pushes of many shapes, each from a drawn side.
+    """Straight pushes of many shapes, each from a drawn side."""
 
-    Attributes:
-      objects: of the random family; without effect if `names` are given.
-      shapes: the random family.
-      names: objects of the catalogue instead, as they are there, friction with the table included.
-      pushes_per_object: drawn for each.
-      offset: of the tip's line from the centroid, drawn up to this share of half the width that
-        the object shows to the tip.
-      steepest: angle between the tip's path and the inward normal where it first touches, degrees;
-        what is steeper is drawn anew.
-      speeds: m/s, shared out evenly.
-      length: of the tip's path, m.
-      approach: distance of the tip from the object at the start, m; 0 starts in touch.
-      acceleration: with which the tip starts, m/s²; 0 starts at full speed.
-      tip_friction: drawn per push from this interval.
-      tip_time_constant: s, drawn per push from this interval.
-      tip_radius: m.
-    """
-
-    objects: int = 600
-    shapes: RandomShapes = field(default_factory=RandomShapes)
+    objects: int = 600  # of the random family; without effect if `names` are given
+    shapes: RandomShapes = field(default_factory=RandomShapes)  # the random family
+    # objects of the catalogue instead, as they are there, friction with the table included
     names: tuple[str, ...] = ()
-    pushes_per_object: int = 8
+    pushes_per_object: int = 8  # drawn for each
+    # of the tip's line from the centroid, drawn up to this share of half the width that the object
+    # shows to the tip
     offset: float = 0.6
+    # angle between the tip's path and the inward normal where it first touches, degrees; what is
+    # steeper is drawn anew
     steepest: float = 40.0
-    speeds: tuple[float, ...] = (0.01, 0.02, 0.04, 0.06)
-    length: float = 0.15
-    approach: float = 0.0
-    acceleration: float = 0.0
-    tip_friction: tuple[float, float] = (0.2, 0.5)
-    tip_time_constant: tuple[float, float] = (0.01, 0.04)
-    tip_radius: float = 0.005
+    speeds: tuple[float, ...] = (0.01, 0.02, 0.04, 0.06)  # m/s, shared out evenly
+    length: float = 0.15  # of the tip's path, m
+    approach: float = 0.0  # distance of the tip from the object at the start, m; 0 starts in touch
+    acceleration: float = 0.0  # with which the tip starts, m/s²; 0 starts at full speed
+    tip_friction: tuple[float, float] = (0.2, 0.5)  # drawn per push from this interval
+    tip_time_constant: tuple[float, float] = (0.01, 0.04)  # s, drawn per push from this interval
+    tip_radius: float = 0.005  # m
 
     def models(self, seed: int) -> tuple[ObjectModel, ...]:
         """The objects."""

@@ -26,84 +26,49 @@ _HEIGHT = 0.1  # m; without effect on planar motion, and higher than the tip's c
 
 @dataclass(frozen=True)
 class SlidersProtocol:
-    """Intervals to draw from, evenly unless said; each push is one object of its own.
+    """Intervals to draw from, evenly unless said; each push is one object of its own."""
 
-    Attributes:
-      pushes: how many.
-      mass: kg, evenly in the logarithm, whatever the size.
-      edge: of the footprint, m, each of the two on its own.
-      com_offset: of the CoM from the middle, share of half the edge along each axis.
-      inertia_factor: on the I_zz of uniform density.
-      friction: between object and table.
-      radius_factor: on the friction radius under uniform pressure.
-      tip_friction: between tip and object.
-      tip_time_constant: of their contact, s; from two steps of 5 ms on.
-      contact_offset: of the first contact from the middle of the face, share of half the face.
-      angle: of the push from the inward normal, rad.
-      speed: m/s, evenly in the logarithm.
-      acceleration: of the drive, m/s², evenly in the logarithm.
-      length: of the commanded path, m.
-      lead: at rest before the drive moves, s.
-      trail: at rest after it, s.
-      stiffness: of the probe, N/m, evenly in the logarithm.
-      damping: share of the critical one with which probe and object swing.
-      probe_mass: between sensor and object, kg.
-      preload: force at rest, N; at most 0.9 of what moves the object; for half of the pushes.
-      gap: between tip and object at rest, m; for the other half.
-      bias: of the sensor along each axis, N.
-      gain: of the sensor.
-      lag: of the force after the motion, s.
-      tip_radius: m.
-    """
-
-    pushes: int = 12_000
-    mass: Interval = (0.3, 6.0)
-    edge: Interval = (0.06, 0.14)
+    pushes: int = 12_000  # how many
+    mass: Interval = (0.3, 6.0)  # kg, evenly in the logarithm, whatever the size
+    edge: Interval = (0.06, 0.14)  # of the footprint, m, each of the two on its own
+    # of the CoM from the middle, share of half the edge along each axis
     com_offset: Interval = (-0.15, 0.15)
-    inertia_factor: Interval = (0.75, 1.25)
-    friction: Interval = (0.1, 0.5)
-    radius_factor: Interval = (0.7, 1.3)
-    tip_friction: Interval = (0.1, 0.5)
-    tip_time_constant: Interval = (0.01, 0.03)
+    inertia_factor: Interval = (0.75, 1.25)  # on the I_zz of uniform density
+    friction: Interval = (0.1, 0.5)  # between object and table
+    radius_factor: Interval = (0.7, 1.3)  # on the friction radius under uniform pressure
+    tip_friction: Interval = (0.1, 0.5)  # between tip and object
+    tip_time_constant: Interval = (0.01, 0.03)  # of their contact, s; from two steps of 5 ms on
+    # of the first contact from the middle of the face, share of half the face
     contact_offset: Interval = (-0.8, 0.8)
-    angle: Interval = (-1.2, 1.2)
-    speed: Interval = (0.01, 0.3)
-    acceleration: Interval = (0.5, 4.0)
-    length: float = 0.05
-    lead: float = 0.1
-    trail: float = 0.04
-    stiffness: Interval = (4e3, 16e3)
-    damping: Interval = (0.03, 0.25)
-    probe_mass: Interval = (0.0, 0.4)
+    angle: Interval = (-1.2, 1.2)  # of the push from the inward normal, rad
+    speed: Interval = (0.01, 0.3)  # m/s, evenly in the logarithm
+    acceleration: Interval = (0.5, 4.0)  # of the drive, m/s², evenly in the logarithm
+    length: float = 0.05  # of the commanded path, m
+    lead: float = 0.1  # at rest before the drive moves, s
+    trail: float = 0.04  # at rest after it, s
+    stiffness: Interval = (4e3, 16e3)  # of the probe, N/m, evenly in the logarithm
+    damping: Interval = (0.03, 0.25)  # share of the critical one with which probe and object swing
+    probe_mass: Interval = (0.0, 0.4)  # between sensor and object, kg
+    # force at rest, N; at most 0.9 of what moves the object; for half of the pushes
     preload: Interval = (0.0, 4.0)
-    gap: Interval = (0.0, 1e-3)
-    bias: Interval = (-0.3, 0.3)
-    gain: Interval = (0.97, 1.03)
-    lag: Interval = (-0.004, 0.004)
-    tip_radius: float = 0.00475
+    gap: Interval = (0.0, 1e-3)  # between tip and object at rest, m; for the other half
+    bias: Interval = (-0.3, 0.3)  # of the sensor along each axis, N
+    gain: Interval = (0.97, 1.03)  # of the sensor
+    lag: Interval = (-0.004, 0.004)  # of the force after the motion, s
+    tip_radius: float = 0.00475  # m
 
 
 @struct.dataclass
 class Instrument:
-    """What stands between a push and its record, as `SlidersProtocol` says, one a push.
+    """What stands between a push and its record, as `SlidersProtocol` says, one a push."""
 
-    Attributes:
-      stiffness: N/m.
-      probe_mass: kg.
-      preload: N.
-      gap: m.
-      bias: N.
-      gain: of the force.
-      lag: s.
-    """
-
-    stiffness: Float[AnyArray, " n"]
-    probe_mass: Float[AnyArray, " n"]
-    preload: Float[AnyArray, " n"]
-    gap: Float[AnyArray, " n"]
-    bias: Float[AnyArray, "n 2"]
-    gain: Float[AnyArray, " n"]
-    lag: Float[AnyArray, " n"]
+    stiffness: Float[AnyArray, " n"]  # N/m
+    probe_mass: Float[AnyArray, " n"]  # kg
+    preload: Float[AnyArray, " n"]  # N
+    gap: Float[AnyArray, " n"]  # m
+    bias: Float[AnyArray, "n 2"]  # N
+    gain: Float[AnyArray, " n"]  # of the force
+    lag: Float[AnyArray, " n"]  # s
 
 
 @struct.dataclass
@@ -114,20 +79,13 @@ class SwingingMotion(StraightMotion):
     tip rests until the drive is `hold` ahead, and from then on e, by which the drive is further
     ahead than that, obeys e'' + 2 ζ ω e' + ω² e = d'' with d the way of the drive: a mass on a
     spring against Coulomb friction.
-
-    Attributes:
-      lead: s.
-      travel: time from the drive's start to its end, s.
-      hold: m.
-      frequency: ω, rad/s.
-      damping: ζ.
     """
 
-    lead: Float[AnyArray, "*n"]
-    travel: Float[AnyArray, "*n"]
-    hold: Float[AnyArray, "*n"]
-    frequency: Float[AnyArray, "*n"]
-    damping: Float[AnyArray, "*n"]
+    lead: Float[AnyArray, "*n"]  # s
+    travel: Float[AnyArray, "*n"]  # time from the drive's start to its end, s
+    hold: Float[AnyArray, "*n"]  # m
+    frequency: Float[AnyArray, "*n"]  # ω, rad/s
+    damping: Float[AnyArray, "*n"]  # ζ
 
     def driven(self, time: Float[AnyArray, "*n"]) -> Float[Array, "*n"]:
         """Way of the drive, m."""

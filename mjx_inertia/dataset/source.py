@@ -28,48 +28,30 @@ from mjx_inertia.pushing import PushSetup, measured_motion
 
 @dataclass(frozen=True)
 class Source:
-    """Pushes with their truth and the ways to part them.
+    """Pushes with their truth and the ways to part them."""
 
-    Attributes:
-      name: of the dataset.
-      batches: iterates over all pushes, in the order of `truth` and `conditions`.
-      truth: of all pushes.
-      conditions: of all pushes.
-      splits: folds of row numbers.
-      object_labels: names of objects by `object_id`; empty where they have none.
-      notes: what a reader of the results must know, one sentence each.
-      shapes: known outlines that the pushes' setup refers to.
-    """
-
-    name: str
+    name: str  # of the dataset
+    # iterates over all pushes, in the order of `truth` and `conditions`
     batches: Callable[[], Iterator[PushBatch]]
-    truth: PushTruth
-    conditions: PushConditions
-    splits: tuple[Split, ...]
+    truth: PushTruth  # of all pushes
+    conditions: PushConditions  # of all pushes
+    splits: tuple[Split, ...]  # folds of row numbers
+    # names of objects by `object_id`; empty where they have none
     object_labels: Mapping[int, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    shapes: tuple[ObjectModel, ...] = ()
+    notes: tuple[str, ...] = ()  # what a reader of the results must know, one sentence each
+    shapes: tuple[ObjectModel, ...] = ()  # known outlines that the pushes' setup refers to
 
 
 @dataclass(frozen=True)
 class SimulatedSettings:
-    """A dataset to simulate, or to go on with, or to read.
+    """A dataset to simulate, or to go on with, or to read."""
 
-    Attributes:
-      name: of the dataset.
-      generate: the pushes and their store.
-      splits: any of `thesis`, `grouped` and `bodies`.
-      grouped_share: of the objects that the last two keep for the test.
-      spread: of the sensor noise, three standard deviations over the value.
-      floor: of the sensor noise, times the floors of `SensorNoise`.
-    """
-
-    name: str
-    generate: GenerateSettings
-    splits: tuple[str, ...] = ("thesis", "grouped")
-    grouped_share: float = 0.1
-    spread: float = 0.05
-    floor: float = 0.0
+    name: str  # of the dataset
+    generate: GenerateSettings  # the pushes and their store
+    splits: tuple[str, ...] = ("thesis", "grouped")  # any of `thesis`, `grouped` and `bodies`
+    grouped_share: float = 0.1  # of the objects that the last two keep for the test
+    spread: float = 0.05  # of the sensor noise, three standard deviations over the value
+    floor: float = 0.0  # of the sensor noise, times the floors of `SensorNoise`
 
     def split(self, name: str, truth: PushTruth, conditions: PushConditions) -> Split:
         """The split of that name.
@@ -90,21 +72,14 @@ class SimulatedSettings:
 
 @dataclass(frozen=True)
 class MeasuredSettings:
-    """Real pushes in the layout of the M-dataset.
+    """Real pushes in the layout of the M-dataset."""
 
-    Attributes:
-      name: of the dataset.
-      root: folder that holds `mcube_raw`, or any folder of measurement files.
-      objects: YAML table of outlines and truth of other objects than the published ones.
-      rate: samples a second, Hz.
-      spread: of noise added to the measured signals (0: none).
-    """
-
-    name: str
-    root: Path
+    name: str  # of the dataset
+    root: Path  # folder that holds `mcube_raw`, or any folder of measurement files
+    # YAML table of outlines and truth of other objects than the published ones
     objects: Path | None = None
-    rate: float = 100.0
-    spread: float = 0.0
+    rate: float = 100.0  # samples a second, Hz
+    spread: float = 0.0  # of noise added to the measured signals (0: none)
 
 
 def simulated_source(settings: SimulatedSettings, *, progress: bool = True) -> Source | None:

@@ -14,18 +14,12 @@ TEST_SHARE = 0.1  # of all pushes
 
 @dataclass(frozen=True)
 class Split:
-    """A way to part a dataset.
+    """A way to part a dataset."""
 
-    Attributes:
-      name: `thesis`, `grouped` or `leave_one_object_out`.
-      phrase: ends a sentence about results, such as "on objects never pushed in training".
-      description: one sentence for a reader of the results.
-      folds: (training rows, test rows); the tests of several folds are pooled.
-    """
-
-    name: str
-    phrase: str
-    description: str
+    name: str  # `thesis`, `grouped` or `leave_one_object_out`
+    phrase: str  # ends a sentence about results, such as "on objects never pushed in training"
+    description: str  # one sentence for a reader of the results
+    # (training rows, test rows); the tests of several folds are pooled
     folds: tuple[tuple[Int[np.ndarray, " a"], Int[np.ndarray, " b"]], ...]
 
 

@@ -54,17 +54,11 @@ class StoreError(RuntimeError):
 
 @dataclass(frozen=True)
 class PushStore:
-    """An open store.
+    """An open store."""
 
-    Attributes:
-      path: of the zarr group.
-      plan: all pushes that belong in it.
-      attributes: config and provenance.
-    """
-
-    path: Path
-    plan: PushPlan
-    attributes: Mapping[str, Any]
+    path: Path  # of the zarr group
+    plan: PushPlan  # all pushes that belong in it
+    attributes: Mapping[str, Any]  # config and provenance
 
     @property
     def blocks(self) -> int:

@@ -34,58 +34,38 @@ _POWER_LAWS = np.array([1.0, 1.0, 0.0, 0.0], np.float32)
 
 @dataclass(frozen=True)
 class BoostedSettings:
-    """How the trees are grown.
+    """How the trees are grown."""
 
-    Attributes:
-      rounds: boosting rounds, each one tree per target.
-      depth: levels of splits in a tree.
-      least_rows: pushes in a leaf.
-      learning_rate: shrinkage of each tree.
-      columns: features of the most gain that the trees of a target may look at.
-      search_rounds: rounds on all features, that find out which gain most.
-      search_depth: levels of splits of the trees of these rounds.
-      column_fraction: share of the chosen features that a tree may look at; the search takes 0.7 of
-        that share of all features.
-      row_fraction: share of the pushes that a tree sees.
-      bins: of the histogram of a feature.
-      held_out_fraction: share of the objects left out of the fit; the errors on them give the
-        covariance. It is not refitted with them: the error is then that of the very trees used.
-      features: the feature set to use out of the examples' columns; None takes all.
-      progress: a bar on stderr, if that is a terminal.
-    """
-
-    rounds: int = 200
-    depth: int = 7
-    least_rows: float = 3.0
-    learning_rate: float = 0.1
-    columns: int = 60
-    search_rounds: int = 8
-    search_depth: int = 6
+    rounds: int = 200  # boosting rounds, each one tree per target
+    depth: int = 7  # levels of splits in a tree
+    least_rows: float = 3.0  # pushes in a leaf
+    learning_rate: float = 0.1  # shrinkage of each tree
+    columns: int = 60  # features of the most gain that the trees of a target may look at
+    search_rounds: int = 8  # rounds on all features, that find out which gain most
+    search_depth: int = 6  # levels of splits of the trees of these rounds
+    # share of the chosen features that a tree may look at; the search takes 0.7 of that share of
+    # all features
     column_fraction: float = 0.5
-    row_fraction: float = 0.8
-    bins: int = 64
+    row_fraction: float = 0.8  # share of the pushes that a tree sees
+    bins: int = 64  # of the histogram of a feature
+    # share of the objects left out of the fit; the errors on them give the covariance. It is not
+    # refitted with them: the error is then that of the very trees used.
     held_out_fraction: float = 0.1
+    # the feature set to use out of the examples' columns; None takes all
     features: str | None = None
-    progress: bool = True
+    progress: bool = True  # a bar on stderr, if that is a terminal
 
 
 @struct.dataclass
 class FittedBoosted:
-    """The two stages, the scale of their outputs, and the covariance of their errors in it.
+    """The two stages, the scale of their outputs, and the covariance of their errors in it."""
 
-    Attributes:
-      linear: first stage; the trees see its answers beside the features.
-      trees: second stage: what the first one leaves of mass and I_zz, and the whole CoM.
-      scale: of the targets.
-      error: covariance of held-out errors, standardised.
-      columns: features used.
-    """
-
-    linear: LogLinear
+    linear: LogLinear  # first stage; the trees see its answers beside the features
+    # second stage: what the first one leaves of mass and I_zz, and the whole CoM
     trees: TreeEnsemble
-    scale: TargetScale
-    error: Float[Array, "4 4"]
-    columns: tuple[str, ...] = struct.field(pytree_node=False)
+    scale: TargetScale  # of the targets
+    error: Float[Array, "4 4"]  # covariance of held-out errors, standardised
+    columns: tuple[str, ...] = struct.field(pytree_node=False)  # features used
 
 
 def fit_boosted(settings: BoostedSettings, examples: Examples, *, key: KeyArray) -> FittedBoosted:

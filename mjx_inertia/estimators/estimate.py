@@ -35,17 +35,13 @@ class Estimate:
     """Estimated (mass kg, I_zz kg m², com_x m, com_y m), in the order of `TARGETS`.
 
     The CoM counts from the first contact point: x along the inward contact normal, y to its left.
-
-    Attributes:
-      mean: the estimate; NaN where the status is not `OK`.
-      covariance: its covariance, in the units of the mean; infinite variances and zero covariances
-        (that is, no information) where the status is not `OK`.
-      status: an `EstimateStatus`.
     """
 
-    mean: Float[Array, "n 4"]
+    mean: Float[Array, "n 4"]  # the estimate; NaN where the status is not `OK`
+    # its covariance, in the units of the mean; infinite variances and zero covariances (that is, no
+    # information) where the status is not `OK`
     covariance: Float[Array, "n 4 4"]
-    status: Int[Array, " n"]
+    status: Int[Array, " n"]  # an `EstimateStatus`
 
 
 @dataclass(frozen=True)

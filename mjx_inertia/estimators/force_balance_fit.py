@@ -28,30 +28,25 @@ from mjx_inertia.pushing import PushRecord, PushStatus
 
 @dataclass(frozen=True)
 class BalanceSettings:
-    """Which samples tell the mass, and through which filter they are seen.
+    """Which samples tell the mass, and through which filter they are seen."""
 
-    Attributes:
-      rate: of the records, Hz. At 100 Hz force and motion would be seen through unlike filters.
-      kernel: full width of the filter of force, pose and tip, s. Half of it lets the tracker's
-        noise through, twice as much takes the onset and the swing of the probe (11 Hz) away.
-      boxes: passes of a moving mean that make the filter; five leave no side lobes to speak of.
-      slowest: S above which the object slides, m/s. Coulomb's law has a direction only then.
-      clear: s before and after a sample in which it must slide too: most of the filter's half.
-      tip_share: of its steady speed below which the tip slows down and lets go of the object.
-      drift: degree of f(s).
-      least_sliding: least duration of usable samples, s; a shorter push gives no estimate.
-      memory: s beyond which residuals are not correlated; they swing with the probe.
-    """
-
+    # of the records, Hz. At 100 Hz force and motion would be seen through unlike filters.
     rate: float = 500.0
+    # full width of the filter of force, pose and tip, s. Half of it lets the tracker's noise
+    # through, twice as much takes the onset and the swing of the probe (11 Hz) away.
     kernel: float = 0.06
+    # passes of a moving mean that make the filter; five leave no side lobes to speak of
     boxes: int = 5
+    # S above which the object slides, m/s. Coulomb's law has a direction only then.
     slowest: float = 0.01
+    # s before and after a sample in which it must slide too: most of the filter's half
     clear: float = 0.024
+    # of its steady speed below which the tip slows down and lets go of the object
     tip_share: float = 0.9
-    drift: int = 2
+    drift: int = 2  # degree of f(s)
+    # least duration of usable samples, s; a shorter push gives no estimate
     least_sliding: float = 0.1
-    memory: float = 0.1
+    memory: float = 0.1  # s beyond which residuals are not correlated; they swing with the probe
 
     def __post_init__(self) -> None:
         """Refuses what cannot be meant."""
@@ -67,22 +62,15 @@ class BalanceSettings:
 
 @struct.dataclass
 class BalanceFit:
-    """What one push tells, for any probe mass m_p; not finite where `ok` is not set.
+    """What one push tells, for any probe mass m_p; not finite where `ok` is not set."""
 
-    Attributes:
-      total: m where the probe weighed nothing, kg.
-      slope: by which m falls with m_p: m = total - slope m_p, exactly.
-      variance: of m from the residuals and their autocorrelation, kg²: coefficients of 1, m_p (kg)
-        and m_p² .
-      friction: f0 where the probe weighed nothing, and by how much it falls with m_p, N, N/kg.
-      ok: there were enough sliding samples, and the answer is finite.
-    """
-
-    total: Float[Array, "*n"]
-    slope: Float[Array, "*n"]
+    total: Float[Array, "*n"]  # m where the probe weighed nothing, kg
+    slope: Float[Array, "*n"]  # by which m falls with m_p: m = total - slope m_p, exactly
+    # of m from the residuals and their autocorrelation, kg²: coefficients of 1, m_p (kg) and m_p²
     variance: Float[Array, "*n 3"]
+    # f0 where the probe weighed nothing, and by how much it falls with m_p, N, N/kg
     friction: Float[Array, "*n 2"]
-    ok: Bool[Array, "*n"]
+    ok: Bool[Array, "*n"]  # there were enough sliding samples, and the answer is finite
 
 
 @struct.dataclass

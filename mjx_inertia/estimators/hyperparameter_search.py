@@ -23,16 +23,11 @@ from mjx_inertia.features import Examples, take_examples
 
 @dataclass(frozen=True)
 class GridResult:
-    """One candidate's error.
+    """One candidate's error."""
 
-    Attributes:
-      settings: the candidate.
-      score: mean over targets of `errors`; smaller is better, 1 is no better than the mean.
-      errors: by target, RMS error on rows left out over the standard deviation of the truth.
-    """
-
-    settings: Any
-    score: float
+    settings: Any  # the candidate
+    score: float  # mean over targets of `errors`; smaller is better, 1 is no better than the mean
+    # by target, RMS error on rows left out over the standard deviation of the truth
     errors: tuple[float, float, float, float]
 
 

@@ -31,24 +31,18 @@ _LONGEST_SETTLING = 0.2  # of the push
 
 @dataclass(frozen=True)
 class LimitSurfaceSettings:
-    """What is assumed before a push is seen, and which samples are steady.
+    """What is assumed before a push is seen, and which samples are steady."""
 
-    Attributes:
-      friction: μ between object and table; None if unknown, and then mass is too.
-      com_reach: standard deviation of the CoM about the training mean, m: wider than any object,
-        so that it shows only where the push tells nothing.
-      radius: guess of c = m_max / f_max, m.
-      radius_factor: by which c may well differ from it.
-      settling: time after first contact that is left out, s; at most a fifth of the push.
-      rows: parts of equal length into which the rest of a push is averaged.
-    """
-
+    # μ between object and table; None if unknown, and then mass is too
     friction: float | None = None
+    # standard deviation of the CoM about the training mean, m: wider than any object, so that it
+    # shows only where the push tells nothing
     com_reach: float = 0.2
-    radius: float = 0.06
-    radius_factor: float = 3.0
+    radius: float = 0.06  # guess of c = m_max / f_max, m
+    radius_factor: float = 3.0  # by which c may well differ from it
+    # time after first contact that is left out, s; at most a fifth of the push
     settling: float = 0.3
-    rows: int = 60
+    rows: int = 60  # parts of equal length into which the rest of a push is averaged
 
     def __post_init__(self) -> None:
         """Refuses what cannot be meant."""

@@ -16,23 +16,14 @@ _PENALTIES = 10.0 ** np.arange(-6, 3)
 
 @struct.dataclass
 class LogLinear:
-    """A ridge regression on features and logarithms of their magnitudes.
+    """A ridge regression on features and logarithms of their magnitudes."""
 
-    Attributes:
-      floor: added to each magnitude before the logarithm.
-      mean: of the features and logarithms.
-      inverse_std: of the same; 0 where they do not vary.
-      weights: of the standardised features.
-      low: smallest target of the training; the answer is kept above.
-      high: largest.
-    """
-
-    floor: Float[Array, " d"]
-    mean: Float[Array, " e"]
-    inverse_std: Float[Array, " e"]
-    weights: Float[Array, "e k"]
-    low: Float[Array, " k"]
-    high: Float[Array, " k"]
+    floor: Float[Array, " d"]  # added to each magnitude before the logarithm
+    mean: Float[Array, " e"]  # of the features and logarithms
+    inverse_std: Float[Array, " e"]  # of the same; 0 where they do not vary
+    weights: Float[Array, "e k"]  # of the standardised features
+    low: Float[Array, " k"]  # smallest target of the training; the answer is kept above
+    high: Float[Array, " k"]  # largest
 
 
 def _expanded(features: np.ndarray, floor: np.ndarray) -> np.ndarray:

@@ -43,67 +43,45 @@ _BLOCK = 512  # rows in flight: one compilation serves any number of rows
 
 @dataclass(frozen=True)
 class MlpSettings:
-    """The network and its training.
+    """The network and its training."""
 
-    Attributes:
-      width: of the hidden layers.
-      depth: residual blocks, two layers each.
-      channels: of two convolutions over time ahead of the blocks, for the features `series`; 0 for
-        none.
-      epochs: passes over the data.
-      least_steps: few data are passed over more often, until there are that many steps.
-      batch: pushes in one step.
-      learning_rate: the highest; it rises over the first epoch and falls as a cosine.
-      weight_decay: of AdamW.
-      mirror: fit the mirror image of each push too, if the features are `series`.
-      patience: share of the epochs without a better likelihood of the pushes held out after which
-        training ends.
-      held_out_fraction: share of the objects left out of the fit: they decide which epoch was best
-        and calibrate the covariance.
-      checkpoint: file from which an interrupted fit goes on; one of another fit is overwritten.
-      checkpoint_every: epochs between two writes of it.
-      features: the feature set to use out of the examples' columns; None takes all.
-      progress: a bar on stderr, if that is a terminal.
-    """
-
-    width: int = 256
-    depth: int = 3
+    width: int = 256  # of the hidden layers
+    depth: int = 3  # residual blocks, two layers each
+    # of two convolutions over time ahead of the blocks, for the features `series`; 0 for none
     channels: int = 0
-    epochs: int = 80
-    least_steps: int = 4000
-    batch: int = 128
+    epochs: int = 80  # passes over the data
+    least_steps: int = 4000  # few data are passed over more often, until there are that many steps
+    batch: int = 128  # pushes in one step
+    # the highest; it rises over the first epoch and falls as a cosine
     learning_rate: float = 1.5e-3
-    weight_decay: float = 0.01
-    mirror: bool = True
+    weight_decay: float = 0.01  # of AdamW
+    mirror: bool = True  # fit the mirror image of each push too, if the features are `series`
+    # share of the epochs without a better likelihood of the pushes held out after which training
+    # ends
     patience: float = 0.4
+    # share of the objects left out of the fit: they decide which epoch was best and calibrate the
+    # covariance
     held_out_fraction: float = 0.08
+    # file from which an interrupted fit goes on; one of another fit is overwritten
     checkpoint: str | None = None
-    checkpoint_every: int = 5
+    checkpoint_every: int = 5  # epochs between two writes of it
+    # the feature set to use out of the examples' columns; None takes all
     features: str | None = None
-    progress: bool = True
+    progress: bool = True  # a bar on stderr, if that is a terminal
 
 
 @struct.dataclass
 class FittedMlp:
-    """The network with the scales of what goes in and comes out.
+    """The network with the scales of what goes in and comes out."""
 
-    Attributes:
-      weights: arrays by layer.
-      inputs: scale of the inputs.
-      targets: scale of the outputs.
-      mixing: matrix from what the network answers to standardised targets.
-      inflation: held-out errors over their predicted standard deviations, RMS by target.
-      shape: of the network.
-      columns: features used.
-    """
-
-    weights: Weights
-    inputs: InputScale
-    targets: TargetScale
-    mixing: Float[Array, "4 4"]
+    weights: Weights  # arrays by layer
+    inputs: InputScale  # scale of the inputs
+    targets: TargetScale  # scale of the outputs
+    mixing: Float[Array, "4 4"]  # matrix from what the network answers to standardised targets
+    # held-out errors over their predicted standard deviations, RMS by target
     inflation: Float[Array, "4"]
-    shape: Shape
-    columns: tuple[str, ...] = struct.field(pytree_node=False)
+    shape: Shape  # of the network
+    columns: tuple[str, ...] = struct.field(pytree_node=False)  # features used
 
 
 def fit_mlp(settings: MlpSettings, examples: Examples, *, key: KeyArray) -> FittedMlp:

@@ -23,19 +23,12 @@ _KERNEL = 5  # bins
 
 @struct.dataclass
 class InputScale:
-    """Standardisation of compressed values, then of logarithms.
+    """Standardisation of compressed values, then of logarithms."""
 
-    Attributes:
-      size: root mean square of the features.
-      floor: added to each magnitude before the logarithm.
-      mean: of the inputs.
-      inverse_std: of the inputs; 0 where they do not vary.
-    """
-
-    size: Float[Array, " d"]
-    floor: Float[Array, " d"]
-    mean: Float[Array, " e"]
-    inverse_std: Float[Array, " e"]
+    size: Float[Array, " d"]  # root mean square of the features
+    floor: Float[Array, " d"]  # added to each magnitude before the logarithm
+    mean: Float[Array, " e"]  # of the inputs
+    inverse_std: Float[Array, " e"]  # of the inputs; 0 where they do not vary
 
 
 def input_scale(features: Float[np.ndarray, "n d"]) -> InputScale:
@@ -66,34 +59,22 @@ def _expanded(
 
 @struct.dataclass
 class Shape:
-    """What decides the arrays of a network.
+    """What decides the arrays of a network."""
 
-    Attributes:
-      inputs: two to a feature.
-      width: of the hidden layers.
-      depth: residual blocks, two layers each.
-      channels: of the convolutions; 0 for none.
-      grid: (signals, bins) of the features to convolve, which come first.
-    """
-
-    inputs: int = struct.field(pytree_node=False)
-    width: int = struct.field(pytree_node=False)
-    depth: int = struct.field(pytree_node=False)
-    channels: int = struct.field(pytree_node=False, default=0)
+    inputs: int = struct.field(pytree_node=False)  # two to a feature
+    width: int = struct.field(pytree_node=False)  # of the hidden layers
+    depth: int = struct.field(pytree_node=False)  # residual blocks, two layers each
+    channels: int = struct.field(pytree_node=False, default=0)  # of the convolutions; 0 for none
+    # (signals, bins) of the features to convolve, which come first
     grid: tuple[int, int] = struct.field(pytree_node=False, default=(0, 0))
 
 
 @struct.dataclass
 class Normal:
-    """Normal distributions of the standardised targets, one a push.
+    """Normal distributions of the standardised targets, one a push."""
 
-    Attributes:
-      mean: of each target.
-      factor: lower Cholesky factor L of the precision L Lᵀ.
-    """
-
-    mean: Float[Array, "n 4"]
-    factor: Float[Array, "n 4 4"]
+    mean: Float[Array, "n 4"]  # of each target
+    factor: Float[Array, "n 4 4"]  # lower Cholesky factor L of the precision L Lᵀ
 
 
 class _Block(nnx.Module):

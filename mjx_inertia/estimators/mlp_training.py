@@ -33,61 +33,36 @@ _SETTLED = 0.01  # the last learning rate over the highest
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """How the weights are found.
+    """How the weights are found."""
 
-    Attributes:
-      epochs: passes over the data.
-      batch: rows in one step.
-      learning_rate: highest; it rises over the first epoch and falls as a cosine.
-      weight_decay: of AdamW.
-      patience: epochs without a better likelihood of the rows held out after which it ends.
-    """
-
-    epochs: int
-    batch: int
-    learning_rate: float
-    weight_decay: float
-    patience: int
+    epochs: int  # passes over the data
+    batch: int  # rows in one step
+    learning_rate: float  # highest; it rises over the first epoch and falls as a cosine
+    weight_decay: float  # of AdamW
+    patience: int  # epochs without a better likelihood of the rows held out after which it ends
 
 
 @struct.dataclass
 class TrainingRows:
-    """Inputs and standardised targets, on the device.
+    """Inputs and standardised targets, on the device."""
 
-    Attributes:
-      start: linear map from inputs to targets to begin with.
-      inputs: to fit.
-      targets: to fit.
-      inputs_aside: held out.
-      targets_aside: held out.
-    """
-
-    start: Float[Array, "e 4"]
-    inputs: Float[Array, "n e"]
-    targets: Float[Array, "n 4"]
-    inputs_aside: Float[Array, "m e"]
-    targets_aside: Float[Array, "m 4"]
+    start: Float[Array, "e 4"]  # linear map from inputs to targets to begin with
+    inputs: Float[Array, "n e"]  # to fit
+    targets: Float[Array, "n 4"]  # to fit
+    inputs_aside: Float[Array, "m e"]  # held out
+    targets_aside: Float[Array, "m 4"]  # held out
 
 
 @struct.dataclass
 class TrainingState:
-    """Where training is: all that must be known to go on.
+    """Where training is: all that must be known to go on."""
 
-    Attributes:
-      weights: now.
-      optimiser: its state.
-      best: the weights that did best on the rows held out.
-      least: the surprise at the rows held out with these.
-      epoch: epochs done.
-      best_epoch: epochs that `best` had seen.
-    """
-
-    weights: Weights
-    optimiser: optax.OptState
-    best: Weights
-    least: Float[Array, ""]
-    epoch: Int[Array, ""]
-    best_epoch: Int[Array, ""]
+    weights: Weights  # now
+    optimiser: optax.OptState  # its state
+    best: Weights  # the weights that did best on the rows held out
+    least: Float[Array, ""]  # the surprise at the rows held out with these
+    epoch: Int[Array, ""]  # epochs done
+    best_epoch: Int[Array, ""]  # epochs that `best` had seen
 
 
 def _optimiser(recipe: TrainingSettings, steps: int) -> optax.GradientTransformation:

@@ -31,31 +31,21 @@ _HUBER = 1.5  # deviations beyond which a push loses weight
 
 @dataclass(frozen=True)
 class NewtonSettings:
-    """How the mass is found and calibrated.
+    """How the mass is found and calibrated."""
 
-    Attributes:
-      balance: of one push.
-      model_error: relative error of a mass beside that of its residuals, which bounds the weight of
-        a push in the calibration.
-    """
-
-    balance: BalanceSettings = field(default_factory=BalanceSettings)
+    balance: BalanceSettings = field(default_factory=BalanceSettings)  # of one push
+    # relative error of a mass beside that of its residuals, which bounds the weight of a push in
+    # the calibration
     model_error: float = 0.05
 
 
 @struct.dataclass
 class FittedNewton:
-    """Constants of the instrument, and the answer where a push tells nothing.
+    """Constants of the instrument, and the answer where a push tells nothing."""
 
-    Attributes:
-      probe_mass: of what moves between the force sensor and the object, kg.
-      spread: factor of the standard deviations, at least 1.
-      mean: training mean of (mass, I_zz, com_x, com_y), SI units.
-    """
-
-    probe_mass: Float[Array, ""]
-    spread: Float[Array, ""]
-    mean: Float[Array, "4"]
+    probe_mass: Float[Array, ""]  # of what moves between the force sensor and the object, kg
+    spread: Float[Array, ""]  # factor of the standard deviations, at least 1
+    mean: Float[Array, "4"]  # training mean of (mass, I_zz, com_x, com_y), SI units
 
 
 @partial(jax.jit, static_argnames="settings")

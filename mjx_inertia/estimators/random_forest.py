@@ -40,46 +40,32 @@ _LEAST_VARIANCE = 1e-6  # standardised; below what float32 sums of squares resol
 
 @dataclass(frozen=True)
 class ForestSettings:
-    """How the trees are grown; the defaults are the thesis' best.
+    """How the trees are grown; the defaults are the thesis' best."""
 
-    Attributes:
-      trees: in the forest.
-      depth: levels of splits in a tree.
-      column_fraction: share of the features that a tree may look at.
-      row_fraction: share of the pushes that a tree sees, drawn without replacement; 0.632 is the
-        expected share of distinct rows in a bootstrap sample.
-      bins: of the histogram of a feature.
-      held_out_fraction: share of the objects left out of a small second forest; its errors on them
-        scale the covariance. The forest itself is fitted to all objects.
-      features: the feature set to use out of the examples' columns; None takes all.
-      progress: a bar on stderr, if that is a terminal.
-    """
-
-    trees: int = 1500
-    depth: int = 5
-    column_fraction: float = 0.75
+    trees: int = 1500  # in the forest
+    depth: int = 5  # levels of splits in a tree
+    column_fraction: float = 0.75  # share of the features that a tree may look at
+    # share of the pushes that a tree sees, drawn without replacement; 0.632 is the expected share
+    # of distinct rows in a bootstrap sample
     row_fraction: float = 0.632
-    bins: int = 64
+    bins: int = 64  # of the histogram of a feature
+    # share of the objects left out of a small second forest; its errors on them scale the
+    # covariance. The forest itself is fitted to all objects.
     held_out_fraction: float = 0.1
+    # the feature set to use out of the examples' columns; None takes all
     features: str | None = "windows"
-    progress: bool = True
+    progress: bool = True  # a bar on stderr, if that is a terminal
 
 
 @struct.dataclass
 class FittedForest:
-    """A forest whose trees each predict all targets.
+    """A forest whose trees each predict all targets."""
 
-    Attributes:
-      trees: their leaves hold standardised targets; the forest is their mean.
-      scale: of the targets.
-      spread_scale: by target, root mean square of held-out error over spread between trees.
-      columns: names of the features.
-    """
-
-    trees: TreeEnsemble
-    scale: TargetScale
+    trees: TreeEnsemble  # their leaves hold standardised targets; the forest is their mean
+    scale: TargetScale  # of the targets
+    # by target, root mean square of held-out error over spread between trees
     spread_scale: Float[Array, "4"]
-    columns: tuple[str, ...] = struct.field(pytree_node=False)
+    columns: tuple[str, ...] = struct.field(pytree_node=False)  # names of the features
 
 
 def grow(

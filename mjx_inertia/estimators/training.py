@@ -20,32 +20,21 @@ _MIN_OBJECTS = 10
 
 @struct.dataclass
 class TargetScale:
-    """Standardisation of targets, after a logarithm of mass and I_zz if `logarithmic`.
+    """Standardisation of targets, after a logarithm of mass and I_zz if `logarithmic`."""
 
-    Attributes:
-      mean: of the (logarithm of the) targets.
-      std: of the same; 1 where a target does not vary.
-      logarithmic: whether mass and I_zz are taken as logarithms.
-    """
-
-    mean: Float[Array, "4"]
-    std: Float[Array, "4"]
+    mean: Float[Array, "4"]  # of the (logarithm of the) targets
+    std: Float[Array, "4"]  # of the same; 1 where a target does not vary
+    # whether mass and I_zz are taken as logarithms
     logarithmic: bool = struct.field(pytree_node=False)
 
 
 @dataclass(frozen=True)
 class TrainingTable:
-    """Usable rows as NumPy arrays.
+    """Usable rows as NumPy arrays."""
 
-    Attributes:
-      features: float32, rows by columns.
-      targets: mass, I_zz, com_x, com_y in SI units.
-      columns: names of the features.
-    """
-
-    features: np.ndarray
-    targets: np.ndarray
-    columns: tuple[str, ...]
+    features: np.ndarray  # float32, rows by columns
+    targets: np.ndarray  # mass, I_zz, com_x, com_y in SI units
+    columns: tuple[str, ...]  # names of the features
 
 
 def training_table(examples: Examples, feature_set: str | None) -> TrainingTable:

@@ -25,35 +25,23 @@ class TreeEnsemble:
 
     Node i has children 2i+1 (taken if x < threshold) and 2i+2; leaves count from the left. The
     outputs are those of group 0, then of group 1, and so on.
-
-    Attributes:
-      feature: column that a node looks at.
-      threshold: what it compares with; infinite where a leaf came early.
-      leaf: values at the leaves.
     """
 
-    feature: Int[Array, "groups trees nodes"]
+    feature: Int[Array, "groups trees nodes"]  # column that a node looks at
+    # what it compares with; infinite where a leaf came early
     threshold: Float[Array, "groups trees nodes"]
-    leaf: Float[Array, "groups trees leaves outputs"]
+    leaf: Float[Array, "groups trees leaves outputs"]  # values at the leaves
 
 
 @dataclass(frozen=True)
 class TreeNode:
-    """One node of a tree in readable form.
+    """One node of a tree in readable form."""
 
-    Attributes:
-      feature: name of the feature; None at a leaf.
-      threshold: rows with a smaller value go to `left`.
-      left: place of that child in the list; None at a leaf.
-      right: place of the other child.
-      value: the outputs at a leaf; None at a split.
-    """
-
-    feature: str | None
-    threshold: float | None
-    left: int | None
-    right: int | None
-    value: tuple[float, ...] | None
+    feature: str | None  # name of the feature; None at a leaf
+    threshold: float | None  # rows with a smaller value go to `left`
+    left: int | None  # place of that child in the list; None at a leaf
+    right: int | None  # place of the other child
+    value: tuple[float, ...] | None  # the outputs at a leaf; None at a split
 
 
 def _tree_value(

@@ -22,17 +22,12 @@ from mjx_inertia.spatial import AnyArray
 
 @dataclass(frozen=True)
 class TwoFingerLeastSquares:
-    """How the laws are fitted.
+    """How the laws are fitted."""
 
-    Attributes:
-      finger_radius: m.
-      settling: left out at the start of each push, s.
-      rows: "samples" takes each sample as a row. Noise of the accelerations then shrinks mass and
-        I_zz. "pushes" takes the means of each push, in which it cancels.
-    """
-
-    finger_radius: float = 0.005
-    settling: float = 0.1
+    finger_radius: float = 0.005  # m
+    settling: float = 0.1  # left out at the start of each push, s
+    # "samples" takes each sample as a row. Noise of the accelerations then shrinks mass and I_zz.
+    # "pushes" takes the means of each push, in which it cancels.
     rows: Literal["samples", "pushes"] = "samples"
 
     def __post_init__(self) -> None:

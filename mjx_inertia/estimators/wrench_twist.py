@@ -27,40 +27,28 @@ _MEDIANS = (1.1774, 0.6745)
 
 @struct.dataclass
 class WrenchTwistGuess:
-    """What is assumed before a row is seen: a normal distribution wide enough not to matter.
+    """What is assumed before a row is seen: a normal distribution wide enough not to matter."""
 
-    Attributes:
-      com: m, in the frame of the rows.
-      com_reach: standard deviation of the CoM about it along each axis, m.
-      radius: c, m.
-      radius_factor: by which c may well differ from it.
-    """
-
-    com: Float[Array, "2"]
+    com: Float[Array, "2"]  # m, in the frame of the rows
+    # standard deviation of the CoM about it along each axis, m
     com_reach: Float[Array, ""] | float = 0.2
-    radius: Float[Array, ""] | float = 0.06
-    radius_factor: Float[Array, ""] | float = 3.0
+    radius: Float[Array, ""] | float = 0.06  # c, m
+    radius_factor: Float[Array, ""] | float = 3.0  # by which c may well differ from it
 
 
 @struct.dataclass
 class WrenchTwistFit:
-    """What rows of load and twist tell.
+    """What rows of load and twist tell."""
 
-    Attributes:
-      com: in the frame of the rows, m: strictly the centre of friction, which lies under the CoM
-        where the table is even.
-      radius: c = m_max / f_max, m.
-      max_force: f_max = μ m g, N.
-      covariance: of (com_x m, com_y m, log c, log f_max).
-      spread: standard deviation of the rows about Eq. 3.8 (rad) and about Eq. 3.7 (relative).
-      ok: there were enough rows, they obey Eq. 3.8 roughly, and the answer is finite.
-    """
-
+    # in the frame of the rows, m: strictly the centre of friction, which lies under the CoM where
+    # the table is even
     com: Float[Array, "2"]
-    radius: Float[Array, ""]
-    max_force: Float[Array, ""]
-    covariance: Float[Array, "4 4"]
+    radius: Float[Array, ""]  # c = m_max / f_max, m
+    max_force: Float[Array, ""]  # f_max = μ m g, N
+    covariance: Float[Array, "4 4"]  # of (com_x m, com_y m, log c, log f_max)
+    # standard deviation of the rows about Eq. 3.8 (rad) and about Eq. 3.7 (relative).
     spread: Float[Array, "2"]
+    # there were enough rows, they obey Eq. 3.8 roughly, and the answer is finite.
     ok: Bool[Array, ""]
 
 

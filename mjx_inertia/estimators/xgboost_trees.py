@@ -31,17 +31,11 @@ class Job:
 
 @dataclass(frozen=True)
 class ColumnSearch:
-    """A short training that tells which columns matter; the trees then see only these.
+    """A short training that tells which columns matter; the trees then see only these."""
 
-    Attributes:
-      columns: how many are kept: those whose splits gained most.
-      rounds: of the short training.
-      parameters: of the same, where they differ.
-    """
-
-    columns: int
-    rounds: int
-    parameters: Mapping[str, Any]
+    columns: int  # how many are kept: those whose splits gained most
+    rounds: int  # of the short training
+    parameters: Mapping[str, Any]  # of the same, where they differ
 
 
 def train(

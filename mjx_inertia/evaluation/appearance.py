@@ -53,17 +53,11 @@ STYLE: Any = {
 
 @dataclass(frozen=True)
 class TargetAxis:
-    """How a target is written on an axis.
+    """How a target is written on an axis."""
 
-    Attributes:
-      symbol: short name.
-      unit: unit on the axis.
-      scale: from SI to that unit.
-    """
-
-    symbol: str
-    unit: str
-    scale: float
+    symbol: str  # short name
+    unit: str  # unit on the axis
+    scale: float  # from SI to that unit
 
     @property
     def label(self) -> str:

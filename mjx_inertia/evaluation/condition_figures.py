@@ -40,17 +40,11 @@ _COLOR_LIMIT_QUANTILE = 0.95  # a few huge errors must not bleach the rest
 
 @dataclass(frozen=True)
 class VariationGroup:
-    """Relative errors (Eq. 3.5) of the cubes in which one property was varied.
+    """Relative errors (Eq. 3.5) of the cubes in which one property was varied."""
 
-    Attributes:
-      name: what was varied, such as "size ±30 %".
-      mass_error_percent: one value a cube.
-      inertia_error_percent: one value a cube.
-    """
-
-    name: str
-    mass_error_percent: Float[np.ndarray, " n"]
-    inertia_error_percent: Float[np.ndarray, " n"]
+    name: str  # what was varied, such as "size ±30 %"
+    mass_error_percent: Float[np.ndarray, " n"]  # one value a cube
+    inertia_error_percent: Float[np.ndarray, " n"]  # one value a cube
 
 
 @styled()

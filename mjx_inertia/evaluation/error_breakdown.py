@@ -26,48 +26,28 @@ _SIGNIFICANT_DIGITS = 4  # what tells two levels apart; float32 noise is far bel
 
 @dataclass(frozen=True)
 class Level:
-    """Rows at one level of a condition.
+    """Rows at one level of a condition."""
 
-    Attributes:
-      value: the level, or the middle of its bin, in the unit of the condition.
-      label: the same for people.
-      rows: which pushes are at this level.
-    """
-
-    value: float
-    label: str
-    rows: Bool[np.ndarray, " n"]
+    value: float  # the level, or the middle of its bin, in the unit of the condition
+    label: str  # the same for people
+    rows: Bool[np.ndarray, " n"]  # which pushes are at this level
 
 
 @dataclass(frozen=True)
 class BreakdownRow:
-    """Errors of one target at one level of a condition; NaN where no push has a percentage.
+    """Errors of one target at one level of a condition; NaN where no push has a percentage."""
 
-    Attributes:
-      condition: one of `CONDITIONS`.
-      level: value at, or middle of, the level.
-      label: the level for people.
-      target: one of `TARGETS`.
-      n: pushes that the percentages are taken over.
-      failed: pushes without an estimate.
-      left_out: pushes without a meaningful percentage.
-      signed_mean_percent: mean of Eq. 3.12.
-      signed_std_percent: its standard deviation.
-      abs_mean_percent: mean of its absolute value.
-      abs_mean_mm: mean absolute error of a CoM component, mm; NaN for mass and inertia.
-    """
-
-    condition: str
-    level: float
-    label: str
-    target: str
-    n: int
-    failed: int
-    left_out: int
-    signed_mean_percent: float
-    signed_std_percent: float
-    abs_mean_percent: float
-    abs_mean_mm: float
+    condition: str  # one of `CONDITIONS`
+    level: float  # value at, or middle of, the level
+    label: str  # the level for people
+    target: str  # one of `TARGETS`
+    n: int  # pushes that the percentages are taken over
+    failed: int  # pushes without an estimate
+    left_out: int  # pushes without a meaningful percentage
+    signed_mean_percent: float  # mean of Eq. 3.12.
+    signed_std_percent: float  # its standard deviation
+    abs_mean_percent: float  # mean of its absolute value
+    abs_mean_mm: float  # mean absolute error of a CoM component, mm; NaN for mass and inertia
 
 
 def breakdown(

@@ -58,29 +58,19 @@ def com_error_mm(
 
 @dataclass(frozen=True)
 class TargetErrors:
-    """Errors of one target, one row a test push.
+    """Errors of one target, one row a test push."""
 
-    Attributes:
-      target: one of `TARGETS`.
-      truth: SI units.
-      estimate: SI units; what the estimator wrote, also where it failed.
-      sigma: standard deviation that the estimator claims, SI units.
-      failed: the estimate says that it failed, or is not finite.
-      left_out: not failed, but without a meaningful percentage: the truth is unknown or, for a
-        CoM component, smaller than 1 mm.
-      signed_percent: Eq. 3.12; NaN where failed or left out.
-      relative_percent: Eq. 3.5; NaN where failed or left out.
-      signed_mm: error of a CoM component in mm, NaN where failed; None for mass and inertia.
-    """
-
-    target: str
-    truth: Float[np.ndarray, " n"]
-    estimate: Float[np.ndarray, " n"]
-    sigma: Float[np.ndarray, " n"]
-    failed: Bool[np.ndarray, " n"]
+    target: str  # one of `TARGETS`
+    truth: Float[np.ndarray, " n"]  # SI units
+    estimate: Float[np.ndarray, " n"]  # SI units; what the estimator wrote, also where it failed
+    sigma: Float[np.ndarray, " n"]  # standard deviation that the estimator claims, SI units
+    failed: Bool[np.ndarray, " n"]  # the estimate says that it failed, or is not finite
+    # not failed, but without a meaningful percentage: the truth is unknown or, for a CoM component,
+    # smaller than 1 mm
     left_out: Bool[np.ndarray, " n"]
-    signed_percent: Float[np.ndarray, " n"]
-    relative_percent: Float[np.ndarray, " n"]
+    signed_percent: Float[np.ndarray, " n"]  # Eq. 3.12; NaN where failed or left out.
+    relative_percent: Float[np.ndarray, " n"]  # Eq. 3.5; NaN where failed or left out.
+    # error of a CoM component in mm, NaN where failed; None for mass and inertia
     signed_mm: Float[np.ndarray, " n"] | None
 
     @property

@@ -17,27 +17,17 @@ from mjx_inertia.pushing import PushStatus
 
 @dataclass(frozen=True)
 class HeldOutEstimates:
-    """Estimates of one estimator beside the truth, one row a test push.
+    """Estimates of one estimator beside the truth, one row a test push."""
 
-    Attributes:
-      dataset: name of the dataset.
-      split: name of the split whose test side this is.
-      estimator: name of the estimator.
-      estimate: its answers.
-      truth: what it should have answered.
-      conditions: how the pushes were made.
-      push_status: the `PushStatus` of each push; tells why an estimate failed.
-      object_labels: names of objects, by `object_id`.
-    """
-
-    dataset: str
-    split: str
-    estimator: str
-    estimate: Estimate
-    truth: PushTruth
-    conditions: PushConditions
+    dataset: str  # name of the dataset
+    split: str  # name of the split whose test side this is
+    estimator: str  # name of the estimator
+    estimate: Estimate  # its answers
+    truth: PushTruth  # what it should have answered
+    conditions: PushConditions  # how the pushes were made
+    # the `PushStatus` of each push; tells why an estimate failed
     push_status: Int[Array, " n"] | Int[np.ndarray, " n"] | None = None
-    object_labels: Mapping[int, str] | None = None
+    object_labels: Mapping[int, str] | None = None  # names of objects, by `object_id`
 
     def __post_init__(self) -> None:
         lengths = {

@@ -62,19 +62,12 @@ _UNKNOWNS = {
 
 @dataclass(frozen=True)
 class FitSignals:
-    """The nine signals that identification compares, taken at the contact point.
+    """The nine signals that identification compares, taken at the contact point."""
 
-    Attributes:
-      time: s.
-      measured: as the sensors gave them.
-      initial: simulated where the search began.
-      fitted: simulated where it ended.
-    """
-
-    time: Float[np.ndarray, " t"]
-    measured: Float[np.ndarray, "t 9"]
-    initial: Float[np.ndarray, "t 9"]
-    fitted: Float[np.ndarray, "t 9"]
+    time: Float[np.ndarray, " t"]  # s
+    measured: Float[np.ndarray, "t 9"]  # as the sensors gave them
+    initial: Float[np.ndarray, "t 9"]  # simulated where the search began
+    fitted: Float[np.ndarray, "t 9"]  # simulated where it ended
 
 
 def _at_contact(record: PushRecord, push: int) -> Float[np.ndarray, "t 9"]:

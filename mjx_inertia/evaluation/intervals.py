@@ -23,19 +23,13 @@ class Interval:
 
 @dataclass(frozen=True)
 class Calibration:
-    """How the truth lies relative to the claimed covariance.
+    """How the truth lies relative to the claimed covariance."""
 
-    Attributes:
-      n: rows with a finite, positive standard deviation.
-      z_rms: root mean square of (truth - estimate)/sigma; 1 when honest, more if overconfident.
-      coverage_68: fraction of truths within ±1 sigma; 0.683 when honest.
-      coverage_95: fraction of truths within ±1.96 sigma; 0.95 when honest.
-    """
-
-    n: int
+    n: int  # rows with a finite, positive standard deviation
+    # root mean square of (truth - estimate)/sigma; 1 when honest, more if overconfident
     z_rms: float
-    coverage_68: float
-    coverage_95: float
+    coverage_68: float  # fraction of truths within ±1 sigma; 0.683 when honest
+    coverage_95: float  # fraction of truths within ±1.96 sigma; 0.95 when honest
 
 
 def bootstrap_mean(

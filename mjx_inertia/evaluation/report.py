@@ -34,44 +34,28 @@ from mjx_inertia.files import write_whole
 
 @dataclass(frozen=True)
 class SplitText:
-    """A split in words.
+    """A split in words."""
 
-    Attributes:
-      name: the split.
-      phrase: ends a sentence, such as "on cubes never seen in training".
-      definition: how it is made, one or two sentences.
-    """
-
-    name: str
-    phrase: str
-    definition: str
+    name: str  # the split
+    phrase: str  # ends a sentence, such as "on cubes never seen in training"
+    definition: str  # how it is made, one or two sentences
 
 
 @dataclass(frozen=True)
 class ReportContent:
-    """All that a report shows.
+    """All that a report shows."""
 
-    Attributes:
-      title: heading of the page.
-      evaluations: every estimator on every split, in the order of the tables.
-      splits: what the splits mean; the verdict is about the last of them.
-      config_yaml: the configuration of the run.
-      versions: version by name of package, machine and the like.
-      baseline: name of the predict-the-mean estimator.
-      published: figures of others to stand beside ours.
-      sections: added after the standard figures.
-      seed: of the bootstrap.
-    """
-
-    title: str
+    title: str  # heading of the page
+    # every estimator on every split, in the order of the tables
     evaluations: Sequence[HeldOutEstimates]
-    splits: Sequence[SplitText] = ()
-    config_yaml: str = ""
+    splits: Sequence[SplitText] = ()  # what the splits mean; the verdict is about the last of them
+    config_yaml: str = ""  # the configuration of the run
+    # version by name of package, machine and the like
     versions: Mapping[str, str] = field(default_factory=dict)
-    baseline: str = "mean"
-    published: Sequence[Published] = ()
-    sections: Sequence[Section] = ()
-    seed: int = 0
+    baseline: str = "mean"  # name of the predict-the-mean estimator
+    published: Sequence[Published] = ()  # figures of others to stand beside ours
+    sections: Sequence[Section] = ()  # added after the standard figures
+    seed: int = 0  # of the bootstrap
 
 
 def write_report(path: Path, content: ReportContent) -> None:

@@ -27,18 +27,13 @@ _ALL_CONDITIONS = ("friction", "mass", "size", "speed")
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report.
+    """One part of a report."""
 
-    Attributes:
-      title: heading.
-      body: a figure, HTML that is known to be safe (`markupsafe.Markup`), or plain text, which is
-        escaped and keeps its line breaks.
-      caption: what to see; plain text.
-    """
-
-    title: str
+    title: str  # heading
+    # a figure, HTML that is known to be safe (`markupsafe.Markup`), or plain text, which is escaped
+    # and keeps its line breaks
     body: Figure | Markup | str
-    caption: str = ""
+    caption: str = ""  # what to see; plain text
 
 
 @dataclass(frozen=True)

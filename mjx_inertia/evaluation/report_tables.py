@@ -21,36 +21,24 @@ from mjx_inertia.evaluation.tables import (
 
 @dataclass(frozen=True)
 class Published:
-    """Figures that others printed, put below ours where dataset and split are the same.
+    """Figures that others printed, put below ours where dataset and split are the same."""
 
-    Attributes:
-      name: source, such as "thesis, Table 3.3".
-      signed_mean_std_percent: mean and standard deviation of Eq. 3.12 by target.
-      dataset: dataset that they stand for; None for any.
-      split: split that they stand for; None for any.
-    """
-
-    name: str
+    name: str  # source, such as "thesis, Table 3.3"
+    # mean and standard deviation of Eq. 3.12 by target.
     signed_mean_std_percent: Mapping[str, tuple[float, float]]
-    dataset: str | None = None
-    split: str | None = None
+    dataset: str | None = None  # dataset that they stand for; None for any
+    split: str | None = None  # split that they stand for; None for any
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A number with a smaller text below it.
+    """A number with a smaller text below it."""
 
-    Attributes:
-      text: the number.
-      detail: below it.
-      bar: length of the bar under both, in [0, 1] of the baseline's error; None: no bar.
-      best: the smallest of its column.
-    """
-
-    text: str
-    detail: str = ""
+    text: str  # the number
+    detail: str = ""  # below it
+    # length of the bar under both, in [0, 1] of the baseline's error; None: no bar
     bar: float | None = None
-    best: bool = False
+    best: bool = False  # the smallest of its column
 
 
 @dataclass(frozen=True)

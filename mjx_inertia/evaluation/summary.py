@@ -22,41 +22,24 @@ from mjx_inertia.evaluation.intervals import (
 
 @dataclass(frozen=True)
 class TargetSummary:
-    """Errors of one estimator for one target over one test split.
+    """Errors of one estimator for one target over one test split."""
 
-    Attributes:
-      dataset: name of the dataset.
-      split: name of the split.
-      estimator: name of the estimator.
-      target: one of `TARGETS`.
-      pushes: test pushes in all: n + left_out + failed.
-      objects: different objects among them.
-      n: pushes that the percentages are taken over.
-      failed: pushes without an estimate.
-      left_out: pushes with an estimate but no meaningful percentage (CoM component under 1 mm).
-      signed_mean_percent: mean of Eq. 3.12, the metric of the thesis.
-      signed_std_percent: its standard deviation (divided by n).
-      abs_median_percent: median of its absolute value.
-      abs_percent: mean of its absolute value, with a 95 % interval.
-      abs_mm: mean absolute error in mm of a CoM component over n + left_out pushes, else None.
-      calibration: whether the claimed covariance holds.
-    """
-
-    dataset: str
-    split: str
-    estimator: str
-    target: str
-    pushes: int
-    objects: int
-    n: int
-    failed: int
-    left_out: int
-    signed_mean_percent: float
-    signed_std_percent: float
-    abs_median_percent: float
-    abs_percent: Interval
+    dataset: str  # name of the dataset
+    split: str  # name of the split
+    estimator: str  # name of the estimator
+    target: str  # one of `TARGETS`
+    pushes: int  # test pushes in all: n + left_out + failed
+    objects: int  # different objects among them
+    n: int  # pushes that the percentages are taken over
+    failed: int  # pushes without an estimate
+    left_out: int  # pushes with an estimate but no meaningful percentage (CoM component under 1 mm)
+    signed_mean_percent: float  # mean of Eq. 3.12, the metric of the thesis.
+    signed_std_percent: float  # its standard deviation (divided by n)
+    abs_median_percent: float  # median of its absolute value
+    abs_percent: Interval  # mean of its absolute value, with a 95 % interval
+    # mean absolute error in mm of a CoM component over n + left_out pushes, else None
     abs_mm: Interval | None
-    calibration: Calibration
+    calibration: Calibration  # whether the claimed covariance holds
 
     @property
     def abs_mean_percent(self) -> float:

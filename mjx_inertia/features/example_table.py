@@ -20,24 +20,17 @@ from mjx_inertia.spatial import AnyArray
 
 @struct.dataclass
 class Examples:
-    """Pushes as rows of named features.
+    """Pushes as rows of named features."""
 
-    Attributes:
-      features: one row a push; rows of unusable pushes hold zeros.
-      status: the record's `PushStatus`; only `OK` rows are fitted.
-      truth: what is to be estimated; None where it is not known, and ignored by `predict`.
-      columns: the name of each feature.
-      records: the signals themselves, for estimators that need them; None where they were not kept.
-      setup: what was known before each push, kept with the records.
-      shapes: the known outlines that `setup.shape` counts.
-    """
-
-    features: Float[Array, "n d"]
-    status: Int[Array, " n"]
+    features: Float[Array, "n d"]  # one row a push; rows of unusable pushes hold zeros
+    status: Int[Array, " n"]  # the record's `PushStatus`; only `OK` rows are fitted
+    # what is to be estimated; None where it is not known, and ignored by `predict`
     truth: PushTruth | None
-    columns: tuple[str, ...] = struct.field(pytree_node=False)
+    columns: tuple[str, ...] = struct.field(pytree_node=False)  # the name of each feature
+    # the signals themselves, for estimators that need them; None where they were not kept
     records: PushRecord | None = None
-    setup: PushSetup | None = None
+    setup: PushSetup | None = None  # what was known before each push, kept with the records
+    # the known outlines that `setup.shape` counts
     shapes: tuple[ObjectModel, ...] = struct.field(pytree_node=False, default=())
 
 

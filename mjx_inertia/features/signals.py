@@ -24,17 +24,14 @@ MIN_SAMPLES = 3  # one in each window
 
 @dataclass(frozen=True)
 class FeatureSettings:
-    """What the motion of the object refers to, and where contact starts.
+    """What the motion of the object refers to, and where contact starts."""
 
-    Attributes:
-      reference: "tracked" takes u and m of and about the tracker's origin. "contact" takes u of the
-        material point that was touched first and m about it, which gives away nothing about where
-        the tracker's frame sits (a tracker at the CoM would give the CoM away).
-      contact_fraction: contact starts at the first sample whose force and whose tip speed exceed
-        this fraction of their 95th percentile over the record.
-    """
-
+    # "tracked" takes u and m of and about the tracker's origin. "contact" takes u of the material
+    # point that was touched first and m about it, which gives away nothing about where the
+    # tracker's frame sits (a tracker at the CoM would give the CoM away).
     reference: Literal["tracked", "contact"] = "contact"
+    # contact starts at the first sample whose force and whose tip speed exceed this fraction of
+    # their 95th percentile over the record
     contact_fraction: float = 0.05
 
     def __post_init__(self) -> None:
@@ -47,24 +44,18 @@ class FeatureSettings:
 
 @struct.dataclass
 class Signals:
-    """Signals of one push in the contact frame; zero outside contact.
+    """Signals of one push in the contact frame; zero outside contact."""
 
-    Attributes:
-      values: f_x, f_y (N), m (N m), u_x, u_y (m/s), w (rad/s), u_px, u_py (m/s).
-      displacement: x, y (m) and yaw (rad) of the reference point since the start of contact.
-      tip_path: length of the tip's path since the start of contact, m.
-      valid: samples from the start of contact to the end of the record.
-      elapsed: s since the start of contact, at the beginning of each sampling interval.
-      interval: sampling interval, s.
-      usable: whether the record is `OK` and has at least `MIN_SAMPLES` samples in contact.
-    """
-
+    # f_x, f_y (N), m (N m), u_x, u_y (m/s), w (rad/s), u_px, u_py (m/s)
     values: Float[Array, "t 8"]
+    # x, y (m) and yaw (rad) of the reference point since the start of contact
     displacement: Float[Array, "t 3"]
-    tip_path: Float[Array, ""]
-    valid: Bool[Array, " t"]
+    tip_path: Float[Array, ""]  # length of the tip's path since the start of contact, m
+    valid: Bool[Array, " t"]  # samples from the start of contact to the end of the record
+    # s since the start of contact, at the beginning of each sampling interval
     elapsed: Float[Array, " t"]
-    interval: Float[Array, ""]
+    interval: Float[Array, ""]  # sampling interval, s
+    # whether the record is `OK` and has at least `MIN_SAMPLES` samples in contact
     usable: Bool[Array, ""]
 
 

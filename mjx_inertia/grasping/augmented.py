@@ -51,20 +51,14 @@ class OperationalDynamics:
     """Dynamics of an arm as its hand feels it: F = Λ ẍ + μ + p, with F and ẍ of r rows.
 
     r is 6 (linear, angular), or 3 for the translation alone.
-
-    Attributes:
-      inertia: Λ, the pseudo kinetic energy matrix (kg, kg m, kg m²).
-      jacobian: J, ẋ = J q̇.
-      consistent_inverse: J̄ = M⁻¹ Jᵀ Λ, the inverse of J that takes least kinetic energy.
-      coriolis: μ = J̄ᵀ (Coriolis torque) - Λ J̇ q̇.
-      gravity: p = J̄ᵀ (gravity torque).
     """
 
-    inertia: Float[Array, "r r"]
-    jacobian: Float[Array, "r n"]
+    inertia: Float[Array, "r r"]  # Λ, the pseudo kinetic energy matrix (kg, kg m, kg m²)
+    jacobian: Float[Array, "r n"]  # J, ẋ = J q̇
+    # J̄ = M⁻¹ Jᵀ Λ, the inverse of J that takes least kinetic energy
     consistent_inverse: Float[Array, "n r"]
-    coriolis: Float[Array, " r"]
-    gravity: Float[Array, " r"]
+    coriolis: Float[Array, " r"]  # μ = J̄ᵀ (Coriolis torque) - Λ J̇ q̇
+    gravity: Float[Array, " r"]  # p = J̄ᵀ (gravity torque)
 
 
 def with_payload(arm: Arm, payload: InertialParameters, T_hand_obj: jaxlie.SE3) -> Arm:

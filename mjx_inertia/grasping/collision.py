@@ -27,57 +27,34 @@ _RATE = 10_000.0  # Hz, of the simulation
 
 @dataclasses.dataclass(frozen=True)
 class Pillar:
-    """A rigid pillar with a force sensor: a pad on a spring.
+    """A rigid pillar with a force sensor: a pad on a spring."""
 
-    Attributes:
-      stiffness: of the sensor, N/m.
-      damping: of the sensor, N s/m.
-      pad_mass: kg.
-    """
-
-    stiffness: float = 2e4
-    damping: float = 5.0
-    pad_mass: float = 0.02
+    stiffness: float = 2e4  # of the sensor, N/m
+    damping: float = 5.0  # of the sensor, N s/m
+    pad_mass: float = 0.02  # kg
 
 
 @dataclasses.dataclass(frozen=True)
 class Bottle:
-    """A bottle that stands on a table and yields like a spring where it is hit.
+    """A bottle that stands on a table and yields like a spring where it is hit."""
 
-    Attributes:
-      mass: kg.
-      height: m.
-      radius: m.
-      friction: with the table.
-      stiffness: of its wall, N/m.
-      damping: of its wall, N s/m.
-      hit_height: where it is hit, above its base, m.
-    """
-
-    mass: float = 0.5
-    height: float = 0.2
-    radius: float = 0.035
-    friction: float = 0.5
-    stiffness: float = 5e3
-    damping: float = 5.0
-    hit_height: float = 0.1
+    mass: float = 0.5  # kg
+    height: float = 0.2  # m
+    radius: float = 0.035  # m
+    friction: float = 0.5  # with the table
+    stiffness: float = 5e3  # of its wall, N/m
+    damping: float = 5.0  # of its wall, N s/m
+    hit_height: float = 0.1  # where it is hit, above its base, m
 
 
 @dataclasses.dataclass(frozen=True)
 class Collision:
-    """Contact force of a collision.
+    """Contact force of a collision."""
 
-    Attributes:
-      time: s since the start of the motion.
-      force: of the obstacle's spring, N.
-      contact_time: when the force first rises, s; NaN if nothing was hit.
-      speed: of the hand before, m/s.
-    """
-
-    time: Float[ndarray, " t"]
-    force: Float[ndarray, " t"]
-    contact_time: float
-    speed: float
+    time: Float[ndarray, " t"]  # s since the start of the motion
+    force: Float[ndarray, " t"]  # of the obstacle's spring, N
+    contact_time: float  # when the force first rises, s; NaN if nothing was hit
+    speed: float  # of the hand before, m/s
 
     @property
     def peak_force(self) -> float:
@@ -87,18 +64,13 @@ class Collision:
 
 @dataclasses.dataclass(frozen=True)
 class ControlSettings:
-    """Computed-torque control: τ = M (q̈_d + k_d ė + k_p e) + bias.
+    """Computed-torque control: τ = M (q̈_d + k_d ė + k_p e) + bias."""
 
-    Attributes:
-      stiffness: k_p, 1/s²; soft, as an arm of series elastic drives is, so that what is felt in the
-        first hundredths of a second is inertia and not control.
-      damping: k_d, 1/s.
-      after: how long the simulation goes on after the first contact, s.
-    """
-
+    # k_p, 1/s²; soft, as an arm of series elastic drives is, so that what is felt in the first
+    # hundredths of a second is inertia and not control
     stiffness: float = 25.0
-    damping: float = 10.0
-    after: float = 0.1
+    damping: float = 10.0  # k_d, 1/s
+    after: float = 0.1  # how long the simulation goes on after the first contact, s
 
 
 def collide(

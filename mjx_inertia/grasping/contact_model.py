@@ -19,15 +19,11 @@ from mjx_inertia.grasping.grasp import Contacts
 
 @struct.dataclass
 class SoftFinger:
-    """Friction between a pad and an object.
+    """Friction between a pad and an object."""
 
-    Attributes:
-      friction: Coulomb's coefficient.
-      torsion: greatest moment about the normal per normal force, m. A round patch of radius r under
-        uniform pressure has 2/3 friction r; 0.003 is a patch of 9 mm at a friction of 0.5.
-    """
-
-    friction: Float[Array, "*n"] | float = 0.5
+    friction: Float[Array, "*n"] | float = 0.5  # Coulomb's coefficient
+    # greatest moment about the normal per normal force, m. A round patch of radius r under uniform
+    # pressure has 2/3 friction r; 0.003 is a patch of 9 mm at a friction of 0.5.
     torsion: Float[Array, "*n"] | float = 0.003
 
 

@@ -31,21 +31,14 @@ _BLOCK = 128  # grasps: their waypoints are a second batch
 
 @struct.dataclass
 class GraspCosts:
-    """What n grasps cost.
+    """What n grasps cost."""
 
-    Attributes:
-      costs: a column for each metric; finite where the status is one of motion, not of reach.
-      status: `GraspStatus`.
-      motion: of each grasp.
-      signals: of each grasp.
-      names: of the columns.
-    """
-
+    # a column for each metric; finite where the status is one of motion, not of reach
     costs: Float[Array, "n m"]
-    status: Int[Array, " n"]
-    motion: GraspMotion
-    signals: AlongPath
-    names: tuple[str, ...] = struct.field(pytree_node=False, default=())
+    status: Int[Array, " n"]  # `GraspStatus`
+    motion: GraspMotion  # of each grasp
+    signals: AlongPath  # of each grasp
+    names: tuple[str, ...] = struct.field(pytree_node=False, default=())  # of the columns
 
     def usable(self) -> Float[np.ndarray, "n m"]:
         """The costs, infinite in rows whose status is not OK."""

@@ -21,30 +21,20 @@ from mjx_inertia.spatial import AnyArray
 
 @struct.dataclass
 class Contacts:
-    """Where fingers touch an object (with leading axes: of many grasps), in the object frame.
+    """Where fingers touch an object (with leading axes: of many grasps), in the object frame."""
 
-    Attributes:
-      points: m.
-      normals: of length 1, into the object: the direction in which a finger can push.
-    """
-
-    points: Float[Array, "*n k 3"]
+    points: Float[Array, "*n k 3"]  # m
+    # of length 1, into the object: the direction in which a finger can push
     normals: Float[Array, "*n k 3"]
 
 
 @struct.dataclass
 class Grasp:
-    """A grasp of a parallel jaw (with leading axes: many of them).
+    """A grasp of a parallel jaw (with leading axes: many of them)."""
 
-    Attributes:
-      T_obj_hand: pose of the hand frame in the object frame.
-      width: between the pads, m.
-      contacts: of pad 0 and pad 1.
-    """
-
-    T_obj_hand: jaxlie.SE3
-    width: Float[Array, "*n"]
-    contacts: Contacts
+    T_obj_hand: jaxlie.SE3  # pose of the hand frame in the object frame
+    width: Float[Array, "*n"]  # between the pads, m
+    contacts: Contacts  # of pad 0 and pad 1
 
     @property
     def approach(self) -> Float[Array, "*n 3"]:
@@ -59,17 +49,11 @@ class Grasp:
 
 @dataclasses.dataclass(frozen=True)
 class HandFrames:
-    """Hand frames on the host, before they become a `Grasp`.
+    """Hand frames on the host, before they become a `Grasp`."""
 
-    Attributes:
-      axes: columns x, y, z of the hand in the axes of the object.
-      origin: m, in the object frame.
-      width: m.
-    """
-
-    axes: Float[ndarray, "n 3 3"]
-    origin: Float[ndarray, "n 3"]
-    width: Float[ndarray, " n"]
+    axes: Float[ndarray, "n 3 3"]  # columns x, y, z of the hand in the axes of the object
+    origin: Float[ndarray, "n 3"]  # m, in the object frame
+    width: Float[ndarray, " n"]  # m
 
 
 def hand_frames_from_points(

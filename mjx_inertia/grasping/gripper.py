@@ -14,32 +14,21 @@ from numpy import ndarray
 class Gripper:
     """A parallel jaw; lengths in m.
 
-    Attributes:
-      name: for messages.
-      closed_width: between the pads when closed.
-      open_width: between the pads when open.
-      finger_length: from the palm to the finger tips.
-      finger_width: across the fingers (x of the hand frame).
-      finger_thickness: along the closing direction (y).
-      pad_to_tip: from the middle of the pads to the finger tips (z).
-      palm_size: of the palm along x, y and z; it ends where the fingers begin.
-      force_limit: that the jaw can squeeze with, N.
-      note: where the figures come from.
-
     Raises:
       ValueError: a length, or a force, that no gripper can have.
     """
 
-    name: str
-    closed_width: float
-    open_width: float
-    finger_length: float
-    finger_width: float
-    finger_thickness: float
-    pad_to_tip: float
+    name: str  # for messages
+    closed_width: float  # between the pads when closed
+    open_width: float  # between the pads when open
+    finger_length: float  # from the palm to the finger tips
+    finger_width: float  # across the fingers (x of the hand frame)
+    finger_thickness: float  # along the closing direction (y)
+    pad_to_tip: float  # from the middle of the pads to the finger tips (z)
+    # of the palm along x, y and z; it ends where the fingers begin
     palm_size: tuple[float, float, float]
-    force_limit: float
-    note: str = ""
+    force_limit: float  # that the jaw can squeeze with, N
+    note: str = ""  # where the figures come from
 
     def __post_init__(self) -> None:
         """Checks the figures."""

@@ -44,48 +44,30 @@ _TINY = 1e-12  # keeps a singular configuration finite; its conditioning tells
 
 @dataclasses.dataclass(frozen=True)
 class ReachSettings:
-    """How poses are reached.
+    """How poses are reached."""
 
-    Attributes:
-      starts: joint positions from which the search for the first pose sets out.
-      iterations: of each search for the first pose.
-      later_iterations: from there on, from each pose to the next; these are not damped.
-      damping: of the search, relative to the size of J Jᵀ.
-      centring: share of the way to the middle of the limits that the redundant joints go in one
-        iteration.
-      position_tolerance: m.
-      angle_tolerance: rad.
-      singular: least conditioning √(det J Jᵀ), translations over 0.1 m, of a pose that counts as
-        reached with room to move.
-    """
-
-    starts: int = 8
-    iterations: int = 30
-    later_iterations: int = 10
-    damping: float = 1e-3
+    starts: int = 8  # joint positions from which the search for the first pose sets out
+    iterations: int = 30  # of each search for the first pose
+    later_iterations: int = 10  # from there on, from each pose to the next; these are not damped
+    damping: float = 1e-3  # of the search, relative to the size of J Jᵀ
+    # share of the way to the middle of the limits that the redundant joints go in one iteration
     centring: float = 0.1
-    position_tolerance: float = 1e-5
-    angle_tolerance: float = 1e-4
+    position_tolerance: float = 1e-5  # m
+    angle_tolerance: float = 1e-4  # rad
+    # least conditioning √(det J Jᵀ), translations over 0.1 m, of a pose that counts as reached with
+    # room to move
     singular: float = 1e-2
 
 
 @struct.dataclass
 class JointPath:
-    """Joint positions at k waypoints and their derivatives in s.
+    """Joint positions at k waypoints and their derivatives in s."""
 
-    Attributes:
-      q: rad (m where prismatic).
-      slope: dq/ds.
-      bend: d²q/ds².
-      error: of the hand's pose, m and rad.
-      conditioning: √(det J Jᵀ), translations over 0.1 m.
-    """
-
-    q: Float[Array, "k n"]
-    slope: Float[Array, "k n"]
-    bend: Float[Array, "k n"]
-    error: Float[Array, "k 2"]
-    conditioning: Float[Array, " k"]
+    q: Float[Array, "k n"]  # rad (m where prismatic)
+    slope: Float[Array, "k n"]  # dq/ds
+    bend: Float[Array, "k n"]  # d²q/ds²
+    error: Float[Array, "k 2"]  # of the hand's pose, m and rad
+    conditioning: Float[Array, " k"]  # √(det J Jᵀ), translations over 0.1 m
 
 
 def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:

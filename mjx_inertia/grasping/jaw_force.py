@@ -16,19 +16,12 @@ from mjx_inertia.spatial import AnyArray, InertialParameters
 
 @struct.dataclass
 class ObjectMotion:
-    """How an object frame moves at one moment (with leading axes: at many), in world axes.
+    """How an object frame moves at one moment (with leading axes: at many), in world axes."""
 
-    Attributes:
-      R_world_obj: rotation matrix of the object frame.
-      acceleration: of the origin of the object frame, m/s².
-      angular_velocity: rad/s.
-      angular_acceleration: rad/s².
-    """
-
-    R_world_obj: Float[AnyArray, "*n 3 3"]
-    acceleration: Float[Array, "*n 3"]
-    angular_velocity: Float[Array, "*n 3"]
-    angular_acceleration: Float[Array, "*n 3"]
+    R_world_obj: Float[AnyArray, "*n 3 3"]  # rotation matrix of the object frame
+    acceleration: Float[Array, "*n 3"]  # of the origin of the object frame, m/s²
+    angular_velocity: Float[Array, "*n 3"]  # rad/s
+    angular_acceleration: Float[Array, "*n 3"]  # rad/s²
 
 
 def holding_wrench(

@@ -32,29 +32,19 @@ class GraspStatus(enum.IntEnum):
 
 @struct.dataclass
 class GraspMotion:
-    """Joint motion at k waypoints.
+    """Joint motion at k waypoints."""
 
-    Attributes:
-      time: s.
-      weight: of each waypoint in an integral over the path parameter of the whole task, 0 to 1.
-      q: joint positions, rad (m where prismatic).
-      qd: joint velocities.
-      qdd: joint accelerations.
-      twist: of the hand, world axes, m/s and rad/s.
-      tangent: of the hand's path: its twist per unit of s, which does not vanish at rest.
-      error: of the hand's pose, m and rad.
-      conditioning: √(det J Jᵀ), translations over 0.1 m.
-    """
-
-    time: Float[Array, " k"]
+    time: Float[Array, " k"]  # s
+    # of each waypoint in an integral over the path parameter of the whole task, 0 to 1
     weight: Float[Array, " k"]
-    q: Float[Array, "k n"]
-    qd: Float[Array, "k n"]
-    qdd: Float[Array, "k n"]
-    twist: Float[Array, "k 6"]
+    q: Float[Array, "k n"]  # joint positions, rad (m where prismatic)
+    qd: Float[Array, "k n"]  # joint velocities
+    qdd: Float[Array, "k n"]  # joint accelerations
+    twist: Float[Array, "k 6"]  # of the hand, world axes, m/s and rad/s
+    # of the hand's path: its twist per unit of s, which does not vanish at rest
     tangent: Float[Array, "k 6"]
-    error: Float[Array, "k 2"]
-    conditioning: Float[Array, " k"]
+    error: Float[Array, "k 2"]  # of the hand's pose, m and rad
+    conditioning: Float[Array, " k"]  # √(det J Jᵀ), translations over 0.1 m
 
 
 def hand_path(

@@ -26,15 +26,11 @@ from mjx_inertia.spatial import (
 
 @struct.dataclass
 class PayloadBelief:
-    """A payload's parameters in a named frame, with their uncertainty.
+    """A payload's parameters in a named frame, with their uncertainty."""
 
-    Attributes:
-      theta: mean of the log-Cholesky parameters, see `spatial.from_log_cholesky`.
-      covariance: of theta; singular where something is known exactly.
-    """
-
+    # mean of the log-Cholesky parameters, see `spatial.from_log_cholesky`
     theta: Float[Array, "10"]
-    covariance: Float[Array, "10 10"]
+    covariance: Float[Array, "10 10"]  # of theta; singular where something is known exactly
 
     @property
     def center(self) -> InertialParameters:

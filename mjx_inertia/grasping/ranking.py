@@ -38,24 +38,16 @@ UNITS = {
 
 @dataclasses.dataclass(frozen=True)
 class GraspRanking:
-    """What n grasps cost, and in which order to take them.
+    """What n grasps cost, and in which order to take them."""
 
-    Attributes:
-      grasps: all of them.
-      found: status, motion and signals of each.
-      costs: a column for each of `CRITERIA`; infinite in rows that cannot be carried out.
-      force: that the jaw needs at the hardest moment of the path, N.
-      slips: rows that only the jaw's force rules out.
-      order: rows that can be used, the least cost by the chosen metric first.
-      front: rows that no other beats in effort, effective mass, manipulability and gripping force.
-    """
-
-    grasps: Grasp
-    found: GraspCosts
+    grasps: Grasp  # all of them
+    found: GraspCosts  # status, motion and signals of each
+    # a column for each of `CRITERIA`; infinite in rows that cannot be carried out
     costs: Float[ndarray, "n m"]
-    force: Float[ndarray, " n"]
-    slips: Int[ndarray, " s"]
-    order: Int[ndarray, " k"]
+    force: Float[ndarray, " n"]  # that the jaw needs at the hardest moment of the path, N
+    slips: Int[ndarray, " s"]  # rows that only the jaw's force rules out
+    order: Int[ndarray, " k"]  # rows that can be used, the least cost by the chosen metric first
+    # rows that no other beats in effort, effective mass, manipulability and gripping force
     front: Int[ndarray, " p"]
 
     @property

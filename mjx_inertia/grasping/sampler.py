@@ -23,23 +23,18 @@ _INSIDE = 1e-6  # of the object's size: how far inside the surface a ray starts
 
 @dataclasses.dataclass(frozen=True)
 class SamplerSettings:
-    """How candidates are drawn.
+    """How candidates are drawn."""
 
-    Attributes:
-      approaches: directions of approach tried for each pair of contacts, at equal angles about the
-        closing direction from a random one on.
-      tilt: how far the closing direction may lean from the first contact's normal, as a share of
-        the half angle of the friction cone; 0 is along the normal.
-      clearance: by how much each finger stands back from its contact when the hand arrives, m.
-      above_table: whether the hand must be above the plane z = 0 of the object frame.
-      rays_per_grasp: rays cast at most for each grasp asked for, and 20,000 in any case.
-    """
-
+    # directions of approach tried for each pair of contacts, at equal angles about the closing
+    # direction from a random one on
     approaches: int = 8
+    # how far the closing direction may lean from the first contact's normal, as a share of the half
+    # angle of the friction cone; 0 is along the normal
     tilt: float = 0.5
+    # by how much each finger stands back from its contact when the hand arrives, m
     clearance: float = 0.003
-    above_table: bool = False
-    rays_per_grasp: int = 25
+    above_table: bool = False  # whether the hand must be above the plane z = 0 of the object frame
+    rays_per_grasp: int = 25  # rays cast at most for each grasp asked for, and 20,000 in any case
 
     def __post_init__(self) -> None:
         """Checks the figures."""
@@ -52,19 +47,13 @@ class SamplerSettings:
 
 @dataclasses.dataclass(frozen=True)
 class GraspSample:
-    """What a search for grasps found.
+    """What a search for grasps found."""
 
-    Attributes:
-      grasps: with one leading axis, as many as were found, at most `requested`.
-      requested: how many were asked for.
-      rays: how many rays were cast through the object.
-      rejected: candidates lost by their reason: pairs of contacts by `friction`, `width` and
-        `pads` (no room for a finger from any side), hands by `table` and `collision`.
-    """
-
-    grasps: Grasp
-    requested: int
-    rays: int
+    grasps: Grasp  # with one leading axis, as many as were found, at most `requested`
+    requested: int  # how many were asked for
+    rays: int  # how many rays were cast through the object
+    # candidates lost by their reason: pairs of contacts by `friction`, `width` and `pads` (no room
+    # for a finger from any side), hands by `table` and `collision`
     rejected: dict[str, int]
 
     @property

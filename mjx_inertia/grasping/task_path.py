@@ -26,17 +26,11 @@ Vector = tuple[float, float, float]
 
 @dataclasses.dataclass(frozen=True)
 class Move:
-    """From rest to rest.
+    """From rest to rest."""
 
-    Attributes:
-      translation: of the CoM, m, world axes.
-      rotation_deg: rotation vector, degrees, world axes, about the CoM.
-      duration: s.
-    """
-
-    translation: Vector = (0.0, 0.0, 0.0)
-    rotation_deg: Vector = (0.0, 0.0, 0.0)
-    duration: float = 2.0
+    translation: Vector = (0.0, 0.0, 0.0)  # of the CoM, m, world axes
+    rotation_deg: Vector = (0.0, 0.0, 0.0)  # rotation vector, degrees, world axes, about the CoM
+    duration: float = 2.0  # s
 
     def __post_init__(self) -> None:
         """Raises ValueError for what is no move."""
@@ -50,17 +44,12 @@ class Move:
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """Moves one after the other.
+    """Moves one after the other."""
 
-    Attributes:
-      name: of the task.
-      moves: in order.
-      orientation: "shortest" turns at a constant axis; "euler" takes the quintic of roll, pitch and
-        yaw, as thesis Eq. 5.1 prints it.
-    """
-
-    name: str
-    moves: tuple[Move, ...]
+    name: str  # of the task
+    moves: tuple[Move, ...]  # in order
+    # "shortest" turns at a constant axis; "euler" takes the quintic of roll, pitch and yaw, as
+    # thesis Eq. 5.1 prints it.
     orientation: Orientation = "shortest"
 
     def __post_init__(self) -> None:
@@ -78,47 +67,29 @@ class Task:
 
 @struct.dataclass
 class ObjectPath:
-    """k waypoints of an object.
+    """k waypoints of an object."""
 
-    Attributes:
-      time: since the start, s.
-      move: number of the move that a waypoint belongs to; the last of one move and the first of the
-        next are at the same place.
-      s: path parameter within the move, 0 to 1.
-      rate: ds/dt, 1/s.
-      acceleration: d²s/dt², 1/s².
-      moves: the moves, in a form that `object_pose_at` evaluates.
-      orientation: of the task.
-    """
-
-    time: Float[Array, " k"]
+    time: Float[Array, " k"]  # since the start, s
+    # number of the move that a waypoint belongs to; the last of one move and the first of the next
+    # are at the same place
     move: Int[Array, " k"]
-    s: Float[Array, " k"]
-    rate: Float[Array, " k"]
-    acceleration: Float[Array, " k"]
-    moves: "MoveTable"
-    orientation: Orientation = struct.field(pytree_node=False, default="shortest")
+    s: Float[Array, " k"]  # path parameter within the move, 0 to 1
+    rate: Float[Array, " k"]  # ds/dt, 1/s
+    acceleration: Float[Array, " k"]  # d²s/dt², 1/s²
+    moves: "MoveTable"  # the moves, in a form that `object_pose_at` evaluates
+    orientation: Orientation = struct.field(pytree_node=False, default="shortest")  # of the task
 
 
 @struct.dataclass
 class MoveTable:
-    """n moves.
+    """n moves."""
 
-    Attributes:
-      start: rotation of the object in the world at the start of each.
-      com: CoM in the world at the start of each, m.
-      translation: of the CoM, m, world axes.
-      axis: of the turn, of length 1, world axes.
-      angle: of the turn, rad.
-      com_obj: CoM in the object's frame, m.
-    """
-
-    start: Float[Array, "n 3 3"]
-    com: Float[Array, "n 3"]
-    translation: Float[Array, "n 3"]
-    axis: Float[Array, "n 3"]
-    angle: Float[Array, " n"]
-    com_obj: Float[Array, "3"]
+    start: Float[Array, "n 3 3"]  # rotation of the object in the world at the start of each
+    com: Float[Array, "n 3"]  # CoM in the world at the start of each, m
+    translation: Float[Array, "n 3"]  # of the CoM, m, world axes
+    axis: Float[Array, "n 3"]  # of the turn, of length 1, world axes
+    angle: Float[Array, " n"]  # of the turn, rad
+    com_obj: Float[Array, "3"]  # CoM in the object's frame, m
 
 
 def quintic(u: Float[AnyArray, "*k"]) -> tuple[AnyArray, AnyArray, AnyArray]:

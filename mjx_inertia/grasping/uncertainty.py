@@ -21,18 +21,12 @@ Cost = Callable[[InertialParameters], Float[Array, "*m"]]
 
 @struct.dataclass
 class UncertainCost:
-    """A cost, or many, under an uncertain payload.
+    """A cost, or many, under an uncertain payload."""
 
-    Attributes:
-      mean: expectation.
-      std: standard deviation.
-      quantile: what the cost stays below with the given probability.
-      worst: greatest cost over the payloads of the confidence ellipsoid of this probability.
-    """
-
-    mean: Float[Array, "*m"]
-    std: Float[Array, "*m"]
-    quantile: Float[Array, "*m"]
+    mean: Float[Array, "*m"]  # expectation
+    std: Float[Array, "*m"]  # standard deviation
+    quantile: Float[Array, "*m"]  # what the cost stays below with the given probability
+    # greatest cost over the payloads of the confidence ellipsoid of this probability
     worst: Float[Array, "*m"]
 
 
@@ -146,17 +140,11 @@ def ellipsoid_radius(belief: PayloadBelief, probability: float) -> Float[Array, 
 
 @struct.dataclass
 class Regret:
-    """What it costs to choose by estimates.
+    """What it costs to choose by estimates."""
 
-    Attributes:
-      chosen: row chosen under each estimate; -1 where every grasp failed under it.
-      absolute: true cost of the chosen grasp less that of the best one.
-      relative: the same as a share of the best one's.
-    """
-
-    chosen: Int[Array, " s"]
-    absolute: Float[Array, " s"]
-    relative: Float[Array, " s"]
+    chosen: Int[Array, " s"]  # row chosen under each estimate; -1 where every grasp failed under it
+    absolute: Float[Array, " s"]  # true cost of the chosen grasp less that of the best one
+    relative: Float[Array, " s"]  # the same as a share of the best one's
 
 
 def regret(estimated: Float[Array, "s n"], true: Float[Array, " n"]) -> Regret:

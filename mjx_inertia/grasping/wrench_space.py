@@ -115,15 +115,10 @@ def wrench_ellipsoid_volume(
 
 @dataclasses.dataclass(frozen=True)
 class WrenchHull:
-    """The wrench space with linearised friction cones.
+    """The wrench space with linearised friction cones."""
 
-    Attributes:
-      epsilon: radius of the largest ball around 0 in it; 0 where 0 is not inside.
-      volume: six-dimensional, in (N/N)⁶.
-    """
-
-    epsilon: float
-    volume: float
+    epsilon: float  # radius of the largest ball around 0 in it; 0 where 0 is not inside
+    volume: float  # six-dimensional, in (N/N)⁶
 
 
 def wrench_hull(

@@ -19,17 +19,11 @@ _STAND_OFF = np.array([0.41421356e-6, 0.73205081e-6])
 
 @dataclasses.dataclass(frozen=True)
 class Grid2:
-    """A grid of columns.
+    """A grid of columns."""
 
-    Attributes:
-      corner: (2,) x and y of the corner of the first cell, m.
-      spacing: edge of a cell, m; columns stand at the centres of cells.
-      shape: cells along x and y. Column (i, j) has the index i · shape[1] + j.
-    """
-
-    corner: Float[ndarray, "2"]
-    spacing: Float[ndarray, "2"]
-    shape: tuple[int, int]
+    corner: Float[ndarray, "2"]  # (2,) x and y of the corner of the first cell, m
+    spacing: Float[ndarray, "2"]  # edge of a cell, m; columns stand at the centres of cells
+    shape: tuple[int, int]  # cells along x and y. Column (i, j) has the index i · shape[1] + j.
 
     def places(self, cells: Int[ndarray, "n 2"]) -> Float[ndarray, "n 2"]:
         """X and y of the columns in the given cells, m."""
@@ -38,16 +32,11 @@ class Grid2:
 
 @dataclasses.dataclass(frozen=True)
 class ColumnCrossings:
-    """Crossings of columns with a surface, ordered by column and then by height.
+    """Crossings of columns with a surface, ordered by column and then by height."""
 
-    Attributes:
-      column: index of the column.
-      height: z of the crossing, m.
-      leaves: 1 where the column leaves the solid on its way up, -1 where it enters.
-    """
-
-    column: Int[ndarray, " n"]
-    height: Float[ndarray, " n"]
+    column: Int[ndarray, " n"]  # index of the column
+    height: Float[ndarray, " n"]  # z of the crossing, m
+    # 1 where the column leaves the solid on its way up, -1 where it enters
     leaves: Int[ndarray, " n"]
 
     def intervals(

@@ -20,33 +20,23 @@ from mjx_inertia.spatial import AnyArray
 
 @dataclasses.dataclass(frozen=True)
 class CameraSettings:
-    """A pinhole camera without distortion, its axis through the middle of the image.
+    """A pinhole camera without distortion, its axis through the middle of the image."""
 
-    Attributes:
-      width: pixels.
-      height: pixels.
-      focal_length: pixels; width / 2 / focal_length is the tangent of half the angle of view.
-    """
-
-    width: int = 128
-    height: int = 128
+    width: int = 128  # pixels
+    height: int = 128  # pixels
+    # pixels; width / 2 / focal_length is the tangent of half the angle of view
     focal_length: float = 220.0
 
 
 @struct.dataclass
 class DepthViews:
-    """Depth images of one scene.
+    """Depth images of one scene."""
 
-    Attributes:
-      T_world_camera: poses of the cameras, k of them.
-      depth: m, along each camera's axis, of the surface seen by each pixel, rows from the top;
-        infinite where a pixel sees none.
-      focal_length: pixels.
-    """
-
-    T_world_camera: jaxlie.SE3
+    T_world_camera: jaxlie.SE3  # poses of the cameras, k of them
+    # m, along each camera's axis, of the surface seen by each pixel, rows from the top; infinite
+    # where a pixel sees none
     depth: Float[AnyArray, "k h w"]
-    focal_length: float = struct.field(pytree_node=False)
+    focal_length: float = struct.field(pytree_node=False)  # pixels
 
 
 def camera_ring(

@@ -29,66 +29,43 @@ _STEEPEST = 2.1  # tangent of the angle between a view and a surface that it sti
 
 @dataclasses.dataclass(frozen=True)
 class FusionSettings:
-    """How views are fused.
+    """How views are fused."""
 
-    Attributes:
-      cells: of the grid along the longest side of the object.
-      truncation: distance from a measured surface up to which its views are averaged, in cells.
-      truncation_noise: the same in standard deviations of the depth; the larger one counts.
-      diffusion: rounds of averaging that continue the surface where no view saw it.
-    """
-
-    cells: int = 64
+    cells: int = 64  # of the grid along the longest side of the object
+    # distance from a measured surface up to which its views are averaged, in cells
     truncation: float = 3.0
+    # the same in standard deviations of the depth; the larger one counts
     truncation_noise: float = 4.0
-    diffusion: int = 100
+    diffusion: int = 100  # rounds of averaging that continue the surface where no view saw it
 
 
 @dataclasses.dataclass(frozen=True)
 class TriangleMesh:
-    """A closed surface.
+    """A closed surface."""
 
-    Attributes:
-      vertices: (v, 3), m.
-      faces: (f, 3), outward.
-    """
-
-    vertices: Float[ndarray, "v 3"]
-    faces: Int[ndarray, "f 3"]
+    vertices: Float[ndarray, "v 3"]  # (v, 3), m
+    faces: Int[ndarray, "f 3"]  # (f, 3), outward
 
 
 @dataclasses.dataclass(frozen=True)
 class FusedSolid:
-    """A solid seen from several sides, in the world frame.
+    """A solid seen from several sides, in the world frame."""
 
-    Attributes:
-      mesh: the surface, continued where no view saw it.
-      largest: the largest solid that the views allow.
-      measured: share of the vertices above the table that lie at a surface that a view measured.
-      grid: on which it was fused.
-    """
-
-    mesh: TriangleMesh
-    largest: TriangleMesh
+    mesh: TriangleMesh  # the surface, continued where no view saw it
+    largest: TriangleMesh  # the largest solid that the views allow
+    # share of the vertices above the table that lie at a surface that a view measured
     measured: float
-    grid: "FusionGrid"
+    grid: "FusionGrid"  # on which it was fused
 
 
 @dataclasses.dataclass(frozen=True)
 class FusionGrid:
-    """A cube of nodes.
+    """A cube of nodes."""
 
-    Attributes:
-      corner: first node, m.
-      edge: between nodes, m.
-      nodes: along each side.
-      table: z of the table, m.
-    """
-
-    corner: Float[ndarray, "3"]
-    edge: float
-    nodes: int
-    table: float
+    corner: Float[ndarray, "3"]  # first node, m
+    edge: float  # between nodes, m
+    nodes: int  # along each side
+    table: float  # z of the table, m
 
     @property
     def heights(self) -> Float[ndarray, " n"]:

@@ -34,32 +34,20 @@ _VISUAL_GROUP, _COLLISION_GROUP = "2", "3"
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _VisualFile:
-    """A mesh of one material.
+    """A mesh of one material."""
 
-    Attributes:
-      file: its name within `_MESHES`.
-      color: red, green, blue from 0 to 1.
-      density: kg/m³; the object's mean one where its parts are not known.
-    """
-
-    file: str
-    color: Color
-    density: float
+    file: str  # its name within `_MESHES`
+    color: Color  # red, green, blue from 0 to 1
+    density: float  # kg/m³; the object's mean one where its parts are not known
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _MeshFiles:
-    """The files of one object.
+    """The files of one object."""
 
-    Attributes:
-      visuals: which together are the object.
-      collisions: names of files, each of a convex mesh.
-      content: of each file, by name.
-    """
-
-    visuals: tuple[_VisualFile, ...]
-    collisions: tuple[str, ...]
-    content: dict[str, bytes]
+    visuals: tuple[_VisualFile, ...]  # which together are the object
+    collisions: tuple[str, ...]  # names of files, each of a convex mesh
+    content: dict[str, bytes]  # of each file, by name
 
 
 def export_objects(

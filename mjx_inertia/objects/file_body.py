@@ -27,45 +27,28 @@ Transform = Float[ndarray, "4 4"]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class FileShape:
-    """One geometry of a file.
+    """One geometry of a file."""
 
-    Attributes:
-      where: the geometry as a message names it.
-      mesh: m, in the frame of the body.
-      color: red, green, blue from 0 to 1; None where the file has none.
-      density: kg/m³; None where the file has none.
-    """
-
-    where: str
-    mesh: trimesh.Trimesh
-    color: Color | None = None
-    density: float | None = None
+    where: str  # the geometry as a message names it
+    mesh: trimesh.Trimesh  # m, in the frame of the body
+    color: Color | None = None  # red, green, blue from 0 to 1; None where the file has none
+    density: float | None = None  # kg/m³; None where the file has none
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class FileBody:
-    """What a file says of one rigid body.
+    """What a file says of one rigid body."""
 
-    Attributes:
-      name: in the file.
-      visuals: geometries to look at, m, in one frame of the file's choice.
-      collisions: geometries to touch.
-      inertial: in that frame, in double precision; None where the file does not state it, or
-        what it states is of no body.
-      lacking: in words, why it is None.
-      friction: Coulomb's coefficient; None where the file has none.
-      category: of the catalogue, or empty.
-      source: of the figures, or empty.
-    """
-
-    name: str
-    visuals: tuple[FileShape, ...]
-    collisions: tuple[FileShape, ...] = ()
+    name: str  # in the file
+    visuals: tuple[FileShape, ...]  # geometries to look at, m, in one frame of the file's choice
+    collisions: tuple[FileShape, ...] = ()  # geometries to touch
+    # in that frame, in double precision; None where the file does not state it, or what it states
+    # is of no body
     inertial: InertialParameters | None = None
-    lacking: str = ""
-    friction: float | None = None
-    category: str = ""
-    source: str = ""
+    lacking: str = ""  # in words, why it is None
+    friction: float | None = None  # Coulomb's coefficient; None where the file has none
+    category: str = ""  # of the catalogue, or empty
+    source: str = ""  # of the figures, or empty
 
 
 def read_mesh(path: Path, unit: float | None = None) -> trimesh.Trimesh:

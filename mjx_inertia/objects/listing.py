@@ -16,26 +16,16 @@ from mjx_inertia.objects.model import ObjectModel
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ObjectSummary:
-    """Figures of one object, in the units that one would say them in.
+    """Figures of one object, in the units that one would say them in."""
 
-    Attributes:
-      name: of the object.
-      category: of the catalogue.
-      size_mm: extents along x, y, z.
-      mass: kg.
-      com_mm: in the object frame.
-      moments: principal moments about the CoM, largest first, kg m².
-      axes: of these moments, rows, unit vectors in the object frame.
-      semi_axes: of the uniform ellipsoid with the same mass and tensor, along `axes`, m.
-    """
-
-    name: str
-    category: str
-    size_mm: Float[ndarray, "3"]
-    mass: float
-    com_mm: Float[ndarray, "3"]
-    moments: Float[ndarray, "3"]
-    axes: Float[ndarray, "3 3"]
+    name: str  # of the object
+    category: str  # of the catalogue
+    size_mm: Float[ndarray, "3"]  # extents along x, y, z
+    mass: float  # kg
+    com_mm: Float[ndarray, "3"]  # in the object frame
+    moments: Float[ndarray, "3"]  # principal moments about the CoM, largest first, kg m²
+    axes: Float[ndarray, "3 3"]  # of these moments, rows, unit vectors in the object frame
+    # of the uniform ellipsoid with the same mass and tensor, along `axes`, m
     semi_axes: Float[ndarray, "3"]
 
 

@@ -45,16 +45,11 @@ class MeshDefect(enum.Enum):
 
 @dataclasses.dataclass(frozen=True)
 class Finding:
-    """One defect of a mesh.
+    """One defect of a mesh."""
 
-    Attributes:
-      defect: its name.
-      detail: how much of it, and what to do.
-      fatal: whether the integrals over the mesh would be wrong by more than 0.1 % of the volume.
-    """
-
-    defect: MeshDefect
-    detail: str
+    defect: MeshDefect  # its name
+    detail: str  # how much of it, and what to do
+    # whether the integrals over the mesh would be wrong by more than 0.1 % of the volume
     fatal: bool = True
 
     def __str__(self) -> str:

@@ -22,17 +22,12 @@ _ROUNDS = 6  # one remedy may uncover the next defect
 
 @dataclasses.dataclass(frozen=True)
 class RepairedMesh:
-    """A mesh that bounds a solid.
+    """A mesh that bounds a solid."""
 
-    Attributes:
-      vertices: (v, 3), in the unit of the mesh given.
-      faces: (f, 3), outward.
-      remedied: what was found and changed, in order; compare with the original before trusting a
-        filled hole, whose true surface nobody knows.
-    """
-
-    vertices: Float[ndarray, "v 3"]
-    faces: Int[ndarray, "f 3"]
+    vertices: Float[ndarray, "v 3"]  # (v, 3), in the unit of the mesh given
+    faces: Int[ndarray, "f 3"]  # (f, 3), outward
+    # what was found and changed, in order; compare with the original before trusting a filled hole,
+    # whose true surface nobody knows
     remedied: tuple[Finding, ...]
 
 

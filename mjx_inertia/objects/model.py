@@ -35,40 +35,30 @@ class ObjectModel:
     coordinates say, not at the CoM in general. `name`, `outline`, `height` and `inertial` alone
     describe an upright prism; what else a prism has is made from them.
 
-    Attributes:
-      name: for messages and tables.
-      outline: (k, 2), m, simple: what the object covers as seen from above, without holes; made
-        counter-clockwise if it is not.
-      height: m.
-      inertial: true parameters in the object frame.
-      pieces: vertices (k, 3), m, of convex bodies whose union is close to the object, for
-        collision; `pieces_error` says how close.
-      support: rings of the patches that touch the table, m, those of holes clockwise; the pressure
-        of the table is taken to be uniform over them.
-      mesh: watertight surface of the whole, m.
-      parts: of one material each, which together are the object; none where only the whole is
-        known.
-      category: of the catalogue, or empty.
-      friction: Coulomb's coefficient on a wooden or plastic table.
-      color: red, green, blue from 0 to 1, where the parts have none.
-      source: where the figures come from.
-
     Raises:
       ValueError: an outline, a height, a friction or a mass that no object can have.
     """
 
-    name: str
+    name: str  # for messages and tables
+    # (k, 2), m, simple: what the object covers as seen from above, without holes; made
+    # counter-clockwise if it is not
     outline: Float[ndarray, "k 2"]
-    height: float
-    inertial: InertialParameters
+    height: float  # m
+    inertial: InertialParameters  # true parameters in the object frame
+    # vertices (k, 3), m, of convex bodies whose union is close to the object, for collision;
+    # `pieces_error` says how close
     pieces: tuple[Float[ndarray, "_ 3"], ...] = ()
+    # rings of the patches that touch the table, m, those of holes clockwise; the pressure of the
+    # table is taken to be uniform over them
     support: tuple[Float[ndarray, "_ 2"], ...] = ()
+    # watertight surface of the whole, m
     mesh: trimesh.Trimesh = dataclasses.field(default_factory=trimesh.Trimesh)
+    # of one material each, which together are the object; none where only the whole is known
     parts: tuple[Part, ...] = ()
-    category: str = ""
-    friction: float = 0.4
-    color: Color = (0.6, 0.6, 0.6)
-    source: str = ""
+    category: str = ""  # of the catalogue, or empty
+    friction: float = 0.4  # Coulomb's coefficient on a wooden or plastic table
+    color: Color = (0.6, 0.6, 0.6)  # red, green, blue from 0 to 1, where the parts have none
+    source: str = ""  # where the figures come from
 
     def __post_init__(self) -> None:
         """Checks the fields and completes them."""

@@ -14,35 +14,24 @@ from numpy import ndarray
 
 @dataclasses.dataclass(frozen=True)
 class PlanarIntegrals:
-    """Integrals over the area of an outline.
+    """Integrals over the area of an outline."""
 
-    Attributes:
-      area: m².
-      centroid: m, object frame.
-      second_moment: ∫ r rᵀ dA about the centroid, m⁴: its trace is the polar moment.
-    """
-
-    area: float
-    centroid: Float[ndarray, "2"]
+    area: float  # m²
+    centroid: Float[ndarray, "2"]  # m, object frame
+    # ∫ r rᵀ dA about the centroid, m⁴: its trace is the polar moment
     second_moment: Float[ndarray, "2 2"]
 
 
 @dataclasses.dataclass(frozen=True)
 class OutlineContact:
-    """Where an outline is closest to each of many points.
+    """Where an outline is closest to each of many points."""
 
-    Attributes:
-      point: closest point of the outline, m.
-      distance: from the outline to the given point, m, negative inside.
-      normal: unit vector into the object: along a side's inward normal, and at a corner the
-        direction in which a round tip centred on the given point would press.
-      edge: index of the closest edge, which runs from vertex `edge` to the next.
-    """
-
-    point: Float[ndarray, "n 2"]
-    distance: Float[ndarray, " n"]
+    point: Float[ndarray, "n 2"]  # closest point of the outline, m
+    distance: Float[ndarray, " n"]  # from the outline to the given point, m, negative inside
+    # unit vector into the object: along a side's inward normal, and at a corner the direction in
+    # which a round tip centred on the given point would press
     normal: Float[ndarray, "n 2"]
-    edge: Int[ndarray, " n"]
+    edge: Int[ndarray, " n"]  # index of the closest edge, which runs from vertex `edge` to the next
 
 
 def edges(outline: Float[ndarray, "k 2"]) -> Float[ndarray, "k 2"]:

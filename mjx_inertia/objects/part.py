@@ -15,21 +15,16 @@ Color = tuple[float, float, float]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Part:
-    """A piece of one material.
+    """A piece of one material."""
 
-    Attributes:
-      mesh: closed surface with outward faces, m, in the frame of the object (z up, base at z = 0
-        in the resting pose).
-      density: kg/m³.
-      color: red, green, blue, each from 0 to 1.
-      pieces: vertices of convex bodies whose union is close to the part, for collision, where its
-        construction knows them; without any, a convex part is its own piece and another one is
-        decomposed.
-    """
-
+    # closed surface with outward faces, m, in the frame of the object (z up, base at z = 0 in the
+    # resting pose)
     mesh: trimesh.Trimesh
-    density: float
-    color: Color = (0.6, 0.6, 0.6)
+    density: float  # kg/m³
+    color: Color = (0.6, 0.6, 0.6)  # red, green, blue, each from 0 to 1
+    # vertices of convex bodies whose union is close to the part, for collision, where its
+    # construction knows them; without any, a convex part is its own piece and another one is
+    # decomposed
     pieces: tuple[Float[ndarray, "_ 3"], ...] = ()
 
 

@@ -23,17 +23,11 @@ _CHUNK = 100_000  # candidate pixels at a time: few enough for the cache
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """Where the viewer is: an orthographic camera that frames the object.
+    """Where the viewer is: an orthographic camera that frames the object."""
 
-    Attributes:
-      azimuth_deg: of the viewer, from x towards y.
-      elevation_deg: above the table.
-      size: edge of the square picture, pixels.
-    """
-
-    azimuth_deg: float = -60.0
-    elevation_deg: float = 28.0
-    size: int = 300
+    azimuth_deg: float = -60.0  # of the viewer, from x towards y
+    elevation_deg: float = 28.0  # above the table
+    size: int = 300  # edge of the square picture, pixels
 
     @property
     def axes(self) -> Float[ndarray, "3 3"]:
@@ -46,19 +40,12 @@ class View:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Picture:
-    """An image and its camera.
+    """An image and its camera."""
 
-    Attributes:
-      image: red, green, blue from 0 to 1, first row on top.
-      axes: see `View`.
-      middle: of the picture, right and up, m.
-      scale: pixels per metre.
-    """
-
-    image: Float[ndarray, "n n 3"]
-    axes: Float[ndarray, "3 3"]
-    middle: Float[ndarray, "2"]
-    scale: float
+    image: Float[ndarray, "n n 3"]  # red, green, blue from 0 to 1, first row on top
+    axes: Float[ndarray, "3 3"]  # see `View`
+    middle: Float[ndarray, "2"]  # of the picture, right and up, m
+    scale: float  # pixels per metre
 
     def place(self, points: Float[ndarray, "k 3"]) -> Float[ndarray, "k 2"]:
         """Column and row of points in the object frame, pixels."""

@@ -33,41 +33,29 @@ _ITERATIONS = 4
 
 @dataclasses.dataclass(frozen=True)
 class UniformityTest:
-    """Whether what a push says fits the shape filled with one density.
+    """Whether what a push says fits the shape filled with one density."""
 
-    Attributes:
-      statistic: squared distance between push and shape in standard deviations, after the density
-        was fitted; chi-squared with `degrees` degrees of freedom if the density is uniform.
-      degrees: how many numbers the push gave beyond the mass; with 0 there is nothing to test.
-      p_value: chance of a statistic at least as large under uniform density; 1 with 0 degrees. A
-        small one (0.01, say) speaks against uniform density.
-      gyration_z: ln(I_zz / m) of the push minus that of the shape, in standard deviations: above 0
-        the mass lies farther from the vertical axis than uniform density has it; NaN without I_zz.
-    """
-
+    # squared distance between push and shape in standard deviations, after the density was fitted;
+    # chi-squared with `degrees` degrees of freedom if the density is uniform
     statistic: float
-    degrees: int
+    degrees: int  # how many numbers the push gave beyond the mass; with 0 there is nothing to test
+    # chance of a statistic at least as large under uniform density; 1 with 0 degrees. A small one
+    # (0.01, say) speaks against uniform density.
     p_value: float
+    # ln(I_zz / m) of the push minus that of the shape, in standard deviations: above 0 the mass
+    # lies farther from the vertical axis than uniform density has it; NaN without I_zz
     gyration_z: float
 
 
 @dataclasses.dataclass(frozen=True)
 class FullInertia:
-    """Inertial parameters in the world frame, under uniform density.
+    """Inertial parameters in the world frame, under uniform density."""
 
-    Attributes:
-      inertial: the estimate.
-      covariance: of the ten numbers in the order of `FULL_INERTIA_NAMES`.
-      density: kg/m³.
-      density_std: its standard deviation.
-      uniformity: where it says that density is not uniform, the rest does not hold.
-    """
-
-    inertial: InertialParameters
-    covariance: Float[ndarray, "10 10"]
-    density: float
-    density_std: float
-    uniformity: UniformityTest
+    inertial: InertialParameters  # the estimate
+    covariance: Float[ndarray, "10 10"]  # of the ten numbers in the order of `FULL_INERTIA_NAMES`
+    density: float  # kg/m³
+    density_std: float  # its standard deviation
+    uniformity: UniformityTest  # where it says that density is not uniform, the rest does not hold
 
 
 def combine_shape_and_push(

@@ -26,23 +26,16 @@ _to_log_cholesky = jax.jit(to_log_cholesky)
 
 @dataclasses.dataclass(frozen=True)
 class ShapeEstimate:
-    """The body of unit density (1 kg/m³) that fills a shape.
+    """The body of unit density (1 kg/m³) that fills a shape."""
 
-    Attributes:
-      theta: its log-Cholesky parameters in a frame along the world's axes whose origin is
-        `reference`; see `spatial.from_log_cholesky`.
-      covariance: of theta.
-      reference: m, in the world frame.
-      measured: share of the surface that a view measured; the rest is guessed, which the covariance
-        reflects.
-      mesh: the surface, before the correction of its bias.
-    """
-
+    # its log-Cholesky parameters in a frame along the world's axes whose origin is `reference`; see
+    # `spatial.from_log_cholesky`
     theta: Float[ndarray, "10"]
-    covariance: Float[ndarray, "10 10"]
-    reference: Float[ndarray, "3"]
+    covariance: Float[ndarray, "10 10"]  # of theta
+    reference: Float[ndarray, "3"]  # m, in the world frame
+    # share of the surface that a view measured; the rest is guessed, which the covariance reflects
     measured: float
-    mesh: TriangleMesh
+    mesh: TriangleMesh  # the surface, before the correction of its bias
 
     @property
     def unit_density(self) -> InertialParameters:

@@ -20,17 +20,11 @@ _MOST_VOXELS = 50_000_000
 
 @struct.dataclass
 class VoxelGrid:
-    """Cubes of uniform density in a box along the axes of the frame.
+    """Cubes of uniform density in a box along the axes of the frame."""
 
-    Attributes:
-      masses: kg, of the cube at each index along x, y, z.
-      corner: of the cube (0, 0, 0) with the least coordinates, m.
-      edge: of a cube, m.
-    """
-
-    masses: Float[Array, "x y z"]
-    corner: Float[Array, "3"]
-    edge: Float[Array, ""]
+    masses: Float[Array, "x y z"]  # kg, of the cube at each index along x, y, z
+    corner: Float[Array, "3"]  # of the cube (0, 0, 0) with the least coordinates, m
+    edge: Float[Array, ""]  # of a cube, m
 
     def centers(self) -> Float[Array, "x y z 3"]:
         """Centres of the cubes, m."""

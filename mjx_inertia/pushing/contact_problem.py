@@ -26,39 +26,27 @@ TINY = 1e-15  # below this squared slip the direction of friction is undefined
 
 @struct.dataclass
 class Constraints:
-    """All constraints of one kind, side by side: every array has one entry a constraint.
+    """All constraints of one kind, side by side: every array has one entry a constraint."""
 
-    Attributes:
-      jacobian: one list of columns (the free degrees of freedom) for each row of a constraint.
-      reference: reference acceleration of each row.
-      weight: D, the inverse of the regularisation, of each row.
-      scale: [mu, friction_1, ...]: makes the cone circular.
-      rows: where each row of each constraint stands among the rows of MJX.
-      bilateral: holds in both directions (an equality), else only pushes (a contact, a limit).
-    """
-
+    # one list of columns (the free degrees of freedom) for each row of a constraint
     jacobian: list[list[Array]]
-    reference: list[Array]
-    weight: list[Array]
-    scale: list[Array]
+    reference: list[Array]  # reference acceleration of each row
+    weight: list[Array]  # D, the inverse of the regularisation, of each row
+    scale: list[Array]  # [mu, friction_1, ...]: makes the cone circular
+    # where each row of each constraint stands among the rows of MJX
     rows: tuple[tuple[int, ...], ...] = struct.field(pytree_node=False)
+    # holds in both directions (an equality), else only pushes (a contact, a limit)
     bilateral: bool = struct.field(pytree_node=False)
 
 
 @struct.dataclass
 class ContactProblem:
-    """The problem of one scene, over its free degrees of freedom.
+    """The problem of one scene, over its free degrees of freedom."""
 
-    Attributes:
-      mass: M, a list of rows.
-      smooth: M a_smooth, the generalised force without constraints, N and N m.
-      constraints: by kind.
-      free: indices of the free degrees of freedom.
-    """
-
-    mass: list[list[Array]]
-    smooth: list[Array]
-    constraints: list[Constraints]
+    mass: list[list[Array]]  # M, a list of rows
+    smooth: list[Array]  # M a_smooth, the generalised force without constraints, N and N m
+    constraints: list[Constraints]  # by kind
+    # indices of the free degrees of freedom
     free: tuple[int, ...] = struct.field(pytree_node=False)
 
 

@@ -20,19 +20,14 @@ from mjx_inertia.spatial.computed_once import computed_once
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """How stiff contacts are: MuJoCo's parameters of one kind of contact.
+    """How stiff contacts are: MuJoCo's parameters of one kind of contact."""
 
-    Attributes:
-      solref: time constant (s; may be traced) and damping ratio of the normal direction.
-      solref_friction: of the other directions.
-      solimp: impedance at no depth and at `width`, that width (m), midpoint 0.5 and power 2.
-      timestep: s; a time constant counts as two of them at least.
-    """
-
+    # time constant (s; may be traced) and damping ratio of the normal direction
     solref: tuple[Float[AnyArray, ""] | float, float]
-    solref_friction: tuple[Float[AnyArray, ""] | float, float]
+    solref_friction: tuple[Float[AnyArray, ""] | float, float]  # of the other directions
+    # impedance at no depth and at `width`, that width (m), midpoint 0.5 and power 2
     solimp: tuple[float, float, float, float, float]
-    timestep: float
+    timestep: float  # s; a time constant counts as two of them at least
 
     def __post_init__(self) -> None:
         """Raises ValueError unless the impedance has midpoint 0.5 and power 2."""

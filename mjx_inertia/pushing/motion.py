@@ -13,21 +13,13 @@ from mjx_inertia.spatial import AnyArray
 
 @struct.dataclass
 class StraightMotion:
-    """A straight path at constant speed, after a ramp of constant acceleration.
+    """A straight path at constant speed, after a ramp of constant acceleration."""
 
-    Attributes:
-      start: centre of the tip at time 0, m, world.
-      direction: unit vector of the path.
-      speed: reached after the ramp, m/s.
-      ramp: duration of the acceleration from rest, s (0: full speed at once).
-      duration: after which the tip stands still, s.
-    """
-
-    start: Float[AnyArray, "*n 2"]
-    direction: Float[AnyArray, "*n 2"]
-    speed: Float[AnyArray, "*n"]
-    ramp: Float[AnyArray, "*n"]
-    duration: Float[AnyArray, "*n"]
+    start: Float[AnyArray, "*n 2"]  # centre of the tip at time 0, m, world
+    direction: Float[AnyArray, "*n 2"]  # unit vector of the path
+    speed: Float[AnyArray, "*n"]  # reached after the ramp, m/s
+    ramp: Float[AnyArray, "*n"]  # duration of the acceleration from rest, s (0: full speed at once)
+    duration: Float[AnyArray, "*n"]  # after which the tip stands still, s
 
     def velocity(self, time: Float[Array, ""], step: float) -> Float[Array, "2"]:
         """Mean velocity from `time` to `time + step`, m/s (the midpoint, exact on a ramp)."""
@@ -39,19 +31,13 @@ class StraightMotion:
 
 @struct.dataclass
 class SampledMotion:
-    """A path through sampled positions, straight between them: one measured in a file, say.
+    """A path through sampled positions, straight between them: one measured in a file, say."""
 
-    Attributes:
-      start: centre of the tip at time 0, m, world.
-      offsets: (knots, 2) positions minus `start`, m.
-      interval: time between knots, s; after the last one the tip stands still.
-      duration: s.
-    """
-
-    start: Float[AnyArray, "*n 2"]
-    offsets: Float[AnyArray, "*n k 2"]
+    start: Float[AnyArray, "*n 2"]  # centre of the tip at time 0, m, world
+    offsets: Float[AnyArray, "*n k 2"]  # (knots, 2) positions minus `start`, m
+    # time between knots, s; after the last one the tip stands still
     interval: Float[AnyArray, "*n"]
-    duration: Float[AnyArray, "*n"]
+    duration: Float[AnyArray, "*n"]  # s
 
     def velocity(self, time: Float[Array, ""], step: float) -> Float[Array, "2"]:
         """Mean velocity from `time` to `time + step`, m/s."""

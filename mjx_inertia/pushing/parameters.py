@@ -19,30 +19,22 @@ from mjx_inertia.spatial import AnyArray
 
 @struct.dataclass
 class PushParameters:
-    """Physical parameters of one push (or, with a leading axis, of many).
+    """Physical parameters of one push (or, with a leading axis, of many)."""
 
-    Attributes:
-      mass: kg.
-      inertia: principal moments about the CoM along the object's axes, kg m²; the planar tables
-        use I_zz alone.
-      com: CoM in the object frame, m.
-      half_extents: of a box, m; without effect on other objects.
-      friction: μ between object and table.
-      friction_radius: c of the limit surface, m (errata 5); table `limit_surface` only.
-      tip_friction: between tip and object.
-      tip_time_constant: of their contact (`solref`), s; at least two simulation steps.
-      polygons: what the tip meets of this object if it is not that of the scene, m (`plan_view`);
-        tables on which objects stay upright only.
-    """
-
-    mass: Float[AnyArray, "*n"]
+    mass: Float[AnyArray, "*n"]  # kg
+    # principal moments about the CoM along the object's axes, kg m²; the planar tables use I_zz
+    # alone
     inertia: Float[AnyArray, "*n 3"]
-    com: Float[AnyArray, "*n 3"]
-    half_extents: Float[AnyArray, "*n 3"]
-    friction: Float[AnyArray, "*n"]
+    com: Float[AnyArray, "*n 3"]  # CoM in the object frame, m
+    half_extents: Float[AnyArray, "*n 3"]  # of a box, m; without effect on other objects
+    friction: Float[AnyArray, "*n"]  # μ between object and table
+    # c of the limit surface, m (errata 5); table `limit_surface` only
     friction_radius: Float[AnyArray, "*n"]
-    tip_friction: Float[AnyArray, "*n"]
+    tip_friction: Float[AnyArray, "*n"]  # between tip and object
+    # of their contact (`solref`), s; at least two simulation steps
     tip_time_constant: Float[AnyArray, "*n"]
+    # what the tip meets of this object if it is not that of the scene, m (`plan_view`); tables on
+    # which objects stay upright only
     polygons: Float[AnyArray, "*n m k 2"] | None = None
 
 

@@ -32,32 +32,22 @@ class PushRecord:
     Frames: world axes, z up; the object frame is the one that its tracker follows (its origin is
     *not* the CoM in general). Samples are at one fixed rate; beyond `length` they repeat the last
     valid one.
-
-    Attributes:
-      time: s since the first sample, at the end of each sampling interval.
-      force: contact force on the object, N, world axes, averaged over the sampling interval.
-      moment: moment of that force about the object-frame origin, N m.
-      pose: x, y (m) and yaw (rad, unwrapped) of the object frame in the world.
-      twist: velocity of the object-frame origin (m/s, world axes) and angular velocity (rad/s).
-      tip_position: centre of the pusher tip, m, world.
-      tip_velocity: its velocity, m/s, world.
-      contact_point: first contact point, m, world.
-      contact_normal: inward unit normal of the object there, world axes.
-      length: number of valid samples.
-      status: a `PushStatus`.
     """
 
-    time: Float[AnyArray, "*n t"]
+    time: Float[AnyArray, "*n t"]  # s since the first sample, at the end of each sampling interval
+    # contact force on the object, N, world axes, averaged over the sampling interval
     force: Float[AnyArray, "*n t 2"]
-    moment: Float[AnyArray, "*n t"]
+    moment: Float[AnyArray, "*n t"]  # moment of that force about the object-frame origin, N m
+    # x, y (m) and yaw (rad, unwrapped) of the object frame in the world
     pose: Float[AnyArray, "*n t 3"]
+    # velocity of the object-frame origin (m/s, world axes) and angular velocity (rad/s)
     twist: Float[AnyArray, "*n t 3"]
-    tip_position: Float[AnyArray, "*n t 2"]
-    tip_velocity: Float[AnyArray, "*n t 2"]
-    contact_point: Float[AnyArray, "*n 2"]
-    contact_normal: Float[AnyArray, "*n 2"]
-    length: Int[AnyArray, "*n"]
-    status: Int[AnyArray, "*n"]
+    tip_position: Float[AnyArray, "*n t 2"]  # centre of the pusher tip, m, world
+    tip_velocity: Float[AnyArray, "*n t 2"]  # its velocity, m/s, world
+    contact_point: Float[AnyArray, "*n 2"]  # first contact point, m, world
+    contact_normal: Float[AnyArray, "*n 2"]  # inward unit normal of the object there, world axes
+    length: Int[AnyArray, "*n"]  # number of valid samples
+    status: Int[AnyArray, "*n"]  # a `PushStatus`
 
 
 _LEAST_SAMPLES = 96

@@ -36,37 +36,24 @@ _FEW = 16  # pieces; of more, the tip meets the upright prisms on their plan
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A compiled scene and where its parts are.
+    """A compiled scene and where its parts are."""
 
-    Attributes:
-      object_model: the object that the scene was compiled for.
-      settings: how it was built.
-      model: the MuJoCo model (the oracle's).
-      mjx_model: the same on the device.
-      data: blank MJX data of the model.
-      body, tip_body: body ids.
-      hull: geoms of the object that the tip meets.
-      feet: geoms under the object that carry it (none in `corners`).
-      feet_fraction: (n, 2), where each foot stands as a fraction of the half extents from the
-        centre of the footprint (`pads`), else zeros.
-      tip_pairs, floor_pairs: contact pair ids.
-      planar: the object moves in the plane of the table (and up and down), else freely.
-      polygons: what the tip meets of an object that is no box, seen from above (`planar` only).
-    """
-
-    object_model: ObjectModel
-    settings: SceneSettings
-    model: mujoco.MjModel
-    mjx_model: mjx.Model
-    data: mjx.Data
+    object_model: ObjectModel  # the object that the scene was compiled for
+    settings: SceneSettings  # how it was built
+    model: mujoco.MjModel  # the MuJoCo model (the oracle's)
+    mjx_model: mjx.Model  # the same on the device
+    data: mjx.Data  # blank MJX data of the model. body, tip_body: body ids.
     body: int
     tip_body: int
-    hull: np.ndarray
-    feet: np.ndarray
+    hull: np.ndarray  # geoms of the object that the tip meets
+    feet: np.ndarray  # geoms under the object that carry it (none in `corners`)
+    # (n, 2), where each foot stands as a fraction of the half extents from the centre of the
+    # footprint (`pads`), else zeros. tip_pairs, floor_pairs: contact pair ids.
     feet_fraction: np.ndarray
     tip_pairs: np.ndarray
     floor_pairs: np.ndarray
-    planar: bool
+    planar: bool  # the object moves in the plane of the table (and up and down), else freely
+    # what the tip meets of an object that is no box, seen from above (`planar` only)
     polygons: np.ndarray | None
 
     @property

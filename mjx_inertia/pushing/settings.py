@@ -38,29 +38,21 @@ LINE_SEARCH = 20  # at most; nearly always the first will do
 
 @dataclass(frozen=True)
 class SceneSettings:
-    """What a scene is built from, beside the object.
+    """What a scene is built from, beside the object."""
 
-    Attributes:
-      table: `limit_surface` (one contact under the CoM, whose torsional friction makes the
-        ellipsoidal limit surface of thesis Eq. 3.7), `corners` (MuJoCo's own contacts of the base
-        with a plane, full 3-D motion) or `pads` (a grid of equally loaded feet: uniform pressure).
-      rate: samples a second, Hz.
-      max_timestep: of the simulation, s; the step used is the longest that divides a sample.
-      tip_radius: of the spherical pusher, m.
-      tip_height: of its centre above the table, m; limited to half the object's height.
-      pads: feet along each side (table `pads`).
-      solver_iterations: Newton steps a time step, at most.
-      line_search: evaluations along each Newton step, at most.
-    """
-
+    # `limit_surface` (one contact under the CoM, whose torsional friction makes the ellipsoidal
+    # limit surface of thesis Eq. 3.7), `corners` (MuJoCo's own contacts of the base with a plane,
+    # full 3-D motion) or `pads` (a grid of equally loaded feet: uniform pressure).
     table: Table = "limit_surface"
-    rate: float = 100.0
+    rate: float = 100.0  # samples a second, Hz
+    # of the simulation, s; the step used is the longest that divides a sample
     max_timestep: float = MAX_TIMESTEP
-    tip_radius: float = 0.005
+    tip_radius: float = 0.005  # of the spherical pusher, m
+    # of its centre above the table, m; limited to half the object's height
     tip_height: float = 0.02
-    pads: int = 4
-    solver_iterations: int = SOLVER_ITERATIONS
-    line_search: int = LINE_SEARCH
+    pads: int = 4  # feet along each side (table `pads`)
+    solver_iterations: int = SOLVER_ITERATIONS  # Newton steps a time step, at most
+    line_search: int = LINE_SEARCH  # evaluations along each Newton step, at most
 
     def __post_init__(self) -> None:
         """Raises ValueError for settings that make no experiment."""

@@ -14,22 +14,16 @@ from mjx_inertia.spatial import AnyArray
 
 @struct.dataclass
 class PushSetup:
-    """The known part of one push (or, with a leading axis, of many).
+    """The known part of one push (or, with a leading axis, of many)."""
 
-    Attributes:
-      motion: of the tip.
-      pose: x, y (m) and yaw (rad) of the object frame at the start, world.
-      half_extents: of the object's bounding box, m: what a camera sees of it.
-      friction_radius: c of the limit surface that the outline has under uniform pressure, m.
-      shape: which of the known outlines the object has.
-      polygons: what the tip meets of the object if it is not that outline, m (`plan_view`).
-    """
-
-    motion: Motion
-    pose: Float[AnyArray, "*n 3"]
+    motion: Motion  # of the tip
+    pose: Float[AnyArray, "*n 3"]  # x, y (m) and yaw (rad) of the object frame at the start, world
+    # of the object's bounding box, m: what a camera sees of it
     half_extents: Float[AnyArray, "*n 3"]
+    # c of the limit surface that the outline has under uniform pressure, m
     friction_radius: Float[AnyArray, "*n"]
-    shape: Int[AnyArray, "*n"]
+    shape: Int[AnyArray, "*n"]  # which of the known outlines the object has
+    # what the tip meets of the object if it is not that outline, m (`plan_view`)
     polygons: Float[AnyArray, "*n m k 2"] | None = None
 
 

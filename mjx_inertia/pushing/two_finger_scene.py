@@ -30,67 +30,44 @@ class TwoFingerPush:
     """One push with two fingers (or, with a leading axis, many of one length).
 
     World axes; sampled at one fixed rate. The object frame is the tracker's.
-
-    Attributes:
-      time: s, at the end of each sampling interval.
-      force: of each finger on the object, N, averaged over the sampling interval.
-      finger_position: centres of the spherical fingers, m.
-      finger_velocity: m/s.
-      pose: x, y (m) and yaw (rad) of the object frame.
-      twist: velocity of the object frame's origin (m/s) and angular velocity (rad/s).
     """
 
-    time: Float[AnyArray, "*n t"]
+    time: Float[AnyArray, "*n t"]  # s, at the end of each sampling interval
+    # of each finger on the object, N, averaged over the sampling interval
     force: Float[AnyArray, "*n t 2 2"]
-    finger_position: Float[AnyArray, "*n t 2 2"]
-    finger_velocity: Float[AnyArray, "*n t 2 2"]
-    pose: Float[AnyArray, "*n t 3"]
+    finger_position: Float[AnyArray, "*n t 2 2"]  # centres of the spherical fingers, m
+    finger_velocity: Float[AnyArray, "*n t 2 2"]  # m/s
+    pose: Float[AnyArray, "*n t 3"]  # x, y (m) and yaw (rad) of the object frame
+    # velocity of the object frame's origin (m/s) and angular velocity (rad/s)
     twist: Float[AnyArray, "*n t 3"]
 
 
 @dataclass(frozen=True)
 class TwoFingerSettings:
-    """The pusher, its contacts and its sensors.
+    """The pusher, its contacts and its sensors."""
 
-    Attributes:
-      width: between the fingers, m.
-      finger_radius: m.
-      finger_height: of their centres above the table, m.
-      tip_friction: between fingers and object.
-      tip_time_constant: of their contacts, s.
-      rate: samples a second, Hz.
-      timestep: of the simulation, s.
-    """
-
-    width: float = 0.1
-    finger_radius: float = 0.005
-    finger_height: float = 0.02
-    tip_friction: float = 0.3
-    tip_time_constant: float = 0.02
-    rate: float = 20.0
-    timestep: float = 0.001
+    width: float = 0.1  # between the fingers, m
+    finger_radius: float = 0.005  # m
+    finger_height: float = 0.02  # of their centres above the table, m
+    tip_friction: float = 0.3  # between fingers and object
+    tip_time_constant: float = 0.02  # of their contacts, s
+    rate: float = 20.0  # samples a second, Hz
+    timestep: float = 0.001  # of the simulation, s
 
 
 @dataclass(frozen=True)
 class TwoFingerMotion:
-    """The pusher speeds up evenly from rest.
+    """The pusher speeds up evenly from rest."""
 
-    Attributes:
-      middle: of the face's side where the fingers start, m, world: the point between the contacts.
-      direction: unit vector along the inward normal of the face.
-      acceleration: of the point between the fingers, m/s².
-      length: of its path, m.
-      turning_radius: from that point to the centre of rotation, which lies along the face to the
-        left of `direction` and as deep in the object as `depth`; None for a straight push.
-      depth: of the centre of rotation behind the face, m.
-    """
-
+    # of the face's side where the fingers start, m, world: the point between the contacts
     middle: tuple[float, float]
-    direction: tuple[float, float]
-    acceleration: float
-    length: float
+    direction: tuple[float, float]  # unit vector along the inward normal of the face
+    acceleration: float  # of the point between the fingers, m/s²
+    length: float  # of its path, m
+    # from that point to the centre of rotation, which lies along the face to the left of
+    # `direction` and as deep in the object as `depth`; None for a straight push
     turning_radius: float | None = None
-    depth: float = 0.0
+    depth: float = 0.0  # of the centre of rotation behind the face, m
 
     @property
     def duration(self) -> float:

@@ -14,43 +14,30 @@ from mjx_inertia.spatial import AnyArray, InertialParameters, Pose
 
 @struct.dataclass
 class Arm:
-    """A serial chain of n joints.
+    """A serial chain of n joints."""
 
-    Attributes:
-      T_world_base: the base in the world.
-      T_parent_joint: n poses of the joints, each in the link before (the base for the first), at
-        joint position zero.
-      axis: unit vectors in the joint's frame.
-      links: n links, each in its own frame; fixed bodies are merged.
-      armature: inertia of the drive as the joint feels it, kg m² (kg where prismatic).
-      lower: least joint position, rad (m).
-      upper: greatest joint position, rad (m).
-      velocity_limit: greatest joint speed, rad/s (m/s); infinite where none is known.
-      torque_limit: greatest joint torque, N m (N); infinite where none is known.
-      T_link_hand: the hand in the last link.
-      gravity: acceleration of free fall, m/s², in world axes.
-      payload: what the hand holds, in the frame of the last link; see `grasping.with_payload`.
-      prismatic: which joints slide.
-      name: of the robot.
-      joint_names: n names.
-      note: what a reader of figures of this arm must know, for example what is an estimate.
-    """
-
-    T_world_base: Pose
+    T_world_base: Pose  # the base in the world
+    # n poses of the joints, each in the link before (the base for the first), at joint position
+    # zero
     T_parent_joint: Pose
-    axis: Float[AnyArray, "n 3"]
-    links: InertialParameters
+    axis: Float[AnyArray, "n 3"]  # unit vectors in the joint's frame
+    links: InertialParameters  # n links, each in its own frame; fixed bodies are merged
+    # inertia of the drive as the joint feels it, kg m² (kg where prismatic)
     armature: Float[AnyArray, " n"]
-    lower: Float[AnyArray, " n"]
-    upper: Float[AnyArray, " n"]
+    lower: Float[AnyArray, " n"]  # least joint position, rad (m)
+    upper: Float[AnyArray, " n"]  # greatest joint position, rad (m)
+    # greatest joint speed, rad/s (m/s); infinite where none is known
     velocity_limit: Float[AnyArray, " n"]
+    # greatest joint torque, N m (N); infinite where none is known
     torque_limit: Float[AnyArray, " n"]
-    T_link_hand: Pose
-    gravity: Float[AnyArray, "3"]
+    T_link_hand: Pose  # the hand in the last link
+    gravity: Float[AnyArray, "3"]  # acceleration of free fall, m/s², in world axes
+    # what the hand holds, in the frame of the last link; see `grasping.with_payload`
     payload: InertialParameters | None = None
-    prismatic: tuple[bool, ...] = struct.field(pytree_node=False, default=())
-    name: str = struct.field(pytree_node=False, default="")
-    joint_names: tuple[str, ...] = struct.field(pytree_node=False, default=())
+    prismatic: tuple[bool, ...] = struct.field(pytree_node=False, default=())  # which joints slide
+    name: str = struct.field(pytree_node=False, default="")  # of the robot
+    joint_names: tuple[str, ...] = struct.field(pytree_node=False, default=())  # n names
+    # what a reader of figures of this arm must know, for example what is an estimate
     note: str = struct.field(pytree_node=False, default="")
 
     @property

@@ -31,17 +31,11 @@ from mjx_inertia.spatial.components import (
 
 
 class Body(NamedTuple):
-    """Inertia of a rigid body about the origin of a frame, in its axes; such inertias add.
+    """Inertia of a rigid body about the origin of a frame, in its axes; such inertias add."""
 
-    Attributes:
-      mass: kg.
-      moment: first moment, mass times centre of mass, kg m.
-      inertia: inertia tensor about the origin, kg m².
-    """
-
-    mass: Component
-    moment: Vec3
-    inertia: Mat3
+    mass: Component  # kg
+    moment: Vec3  # first moment, mass times centre of mass, kg m
+    inertia: Mat3  # inertia tensor about the origin, kg m²
 
 
 class Frame(NamedTuple):
@@ -52,19 +46,12 @@ class Frame(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """A joint at its position, and the link behind it.
+    """A joint at its position, and the link behind it."""
 
-    Attributes:
-      rotation: from the link's axes to those of the link before.
-      offset: origin of the link's frame in that of the link before, m.
-      axis: unit vector in the link's frame.
-      prismatic: slides rather than turns.
-    """
-
-    rotation: Mat3
-    offset: Vec3
-    axis: Vec3
-    prismatic: bool
+    rotation: Mat3  # from the link's axes to those of the link before
+    offset: Vec3  # origin of the link's frame in that of the link before, m
+    axis: Vec3  # unit vector in the link's frame
+    prismatic: bool  # slides rather than turns
 
 
 @runtime_checkable

@@ -26,71 +26,43 @@ KINDS = ("revolute", "prismatic")
 
 @dataclasses.dataclass(frozen=True)
 class TreeJoint:
-    """How a link moves against its parent.
+    """How a link moves against its parent."""
 
-    Attributes:
-      name: of the joint.
-      kind: "revolute", "prismatic", or what else the file calls it.
-      axis: unit vector in the link's frame.
-      lower: rad or m; minus infinity without a limit.
-      upper: rad or m; infinite without a limit.
-      velocity: greatest speed; infinite if not stated.
-      torque: greatest torque or force; infinite if not stated.
-      armature: inertia of the drive, kg m² or kg.
-      coupled: name of what binds the joint to others; "" if nothing does.
-    """
-
-    name: str
-    kind: str
-    axis: Float[ndarray, "3"]
-    lower: float = -np.inf
-    upper: float = np.inf
-    velocity: float = np.inf
-    torque: float = np.inf
-    armature: float = 0.0
-    coupled: str = ""
+    name: str  # of the joint
+    kind: str  # "revolute", "prismatic", or what else the file calls it
+    axis: Float[ndarray, "3"]  # unit vector in the link's frame
+    lower: float = -np.inf  # rad or m; minus infinity without a limit
+    upper: float = np.inf  # rad or m; infinite without a limit
+    velocity: float = np.inf  # greatest speed; infinite if not stated
+    torque: float = np.inf  # greatest torque or force; infinite if not stated
+    armature: float = 0.0  # inertia of the drive, kg m² or kg
+    coupled: str = ""  # name of what binds the joint to others; "" if nothing does
 
 
 @dataclasses.dataclass(frozen=True)
 class TreeLink:
-    """A link of a tree.
+    """A link of a tree."""
 
-    Attributes:
-      name: of the link.
-      parent: index of the link before; -1 for a root.
-      T_parent_zero: the link in its parent with the joint at position zero.
-      T_parent_held: the same with the joint held at its reference position.
-      joint: that moves it; None if it is fixed.
-      inertial: in the link's frame; None if the file states none.
-      weightless: may weigh nothing though it moves (one of several joints of one body).
-    """
-
-    name: str
-    parent: int
-    T_parent_zero: Pose
-    T_parent_held: Pose
-    joint: TreeJoint | None
-    inertial: InertialParameters | None
+    name: str  # of the link
+    parent: int  # index of the link before; -1 for a root
+    T_parent_zero: Pose  # the link in its parent with the joint at position zero
+    T_parent_held: Pose  # the same with the joint held at its reference position
+    joint: TreeJoint | None  # that moves it; None if it is fixed
+    inertial: InertialParameters | None  # in the link's frame; None if the file states none
+    # may weigh nothing though it moves (one of several joints of one body)
     weightless: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
 class LinkTree:
-    """A robot file.
+    """A robot file."""
 
-    Attributes:
-      path: of the file, for messages.
-      name: of the robot.
-      links: each after its parent.
-      frames: every name that an end effector or a base may have: the link and the frame in it.
-      gravity: m/s², in the world.
-    """
-
-    path: str
-    name: str
-    links: list[TreeLink]
+    path: str  # of the file, for messages
+    name: str  # of the robot
+    links: list[TreeLink]  # each after its parent
+    # every name that an end effector or a base may have: the link and the frame in it
     frames: dict[str, tuple[int, Pose]]
-    gravity: Float[ndarray, "3"]
+    gravity: Float[ndarray, "3"]  # m/s², in the world
 
 
 def arm_on_path(tree: LinkTree, end_effector: str, base: str | None, T_hand: Pose) -> Arm:

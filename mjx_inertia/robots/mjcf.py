@@ -27,21 +27,14 @@ _HAND_COLOR = (0.25, 0.25, 0.28, 1.0)
 
 @dataclasses.dataclass(frozen=True)
 class ArmLooks:
-    """Sizes of the simple geometry, m.
+    """Sizes of the simple geometry, m."""
 
-    Attributes:
-      base_radius: of the capsules at the base.
-      tip_radius: of those at the hand.
-      finger_gap: between the inner faces of the two fingers; no hand is drawn at zero.
-      finger_size: of a finger along x, y and z of the hand; it ends at the hand's origin.
-      actuators: a motor on each joint, limited to the joint's torque.
-    """
-
-    base_radius: float = 0.06
-    tip_radius: float = 0.035
-    finger_gap: float = 0.06
+    base_radius: float = 0.06  # of the capsules at the base
+    tip_radius: float = 0.035  # of those at the hand
+    finger_gap: float = 0.06  # between the inner faces of the two fingers; no hand is drawn at zero
+    # of a finger along x, y and z of the hand; it ends at the hand's origin
     finger_size: tuple[float, float, float] = (0.02, 0.012, 0.08)
-    actuators: bool = True
+    actuators: bool = True  # a motor on each joint, limited to the joint's torque
 
 
 def arm_spec(arm: Arm, looks: ArmLooks | None = None) -> mujoco.MjSpec:

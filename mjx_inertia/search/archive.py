@@ -20,36 +20,25 @@ _NEAREST = 0.02  # distances below this share of an even spacing count as it: su
 
 @dataclass(frozen=True)
 class ArchiveSettings:
-    """What an archive keeps.
+    """What an archive keeps."""
 
-    Attributes:
-      capacity: rows, at most.
-      least_trade_off: t; of k costs, a row must gain in one more than about t / k of what it loses
-        in the others together, all in ranges of the costs on the front. With 0, rows that are
-        hardly better in one cost and far worse in the rest stay for ever and spoil the ranges of
-        the front.
-      directions: whether a full archive keeps the best row of each direction before rows that are
-        far from others: more hypervolume on regular fronts of three and more costs.
-    """
-
-    capacity: int = 100
+    capacity: int = 100  # rows, at most
+    # t; of k costs, a row must gain in one more than about t / k of what it loses in the others
+    # together, all in ranges of the costs on the front. With 0, rows that are hardly better in one
+    # cost and far worse in the rest stay for ever and spoil the ranges of the front.
     least_trade_off: float = 0.01
+    # whether a full archive keeps the best row of each direction before rows that are far from
+    # others: more hypervolume on regular fronts of three and more costs
     directions: bool = False
 
 
 @struct.dataclass
 class Archive:
-    """Rows of decisions that do not dominate each other.
+    """Rows of decisions that do not dominate each other."""
 
-    Attributes:
-      decisions: zero in unused rows.
-      costs: infinite in unused rows.
-      violation: 0; infinite in unused rows.
-    """
-
-    decisions: Float[Array, "m d"]
-    costs: Float[Array, "m k"]
-    violation: Float[Array, " m"]
+    decisions: Float[Array, "m d"]  # zero in unused rows
+    costs: Float[Array, "m k"]  # infinite in unused rows
+    violation: Float[Array, " m"]  # 0; infinite in unused rows
 
 
 def empty_archive(settings: ArchiveSettings, decision: Float[Array, " d"], costs: int) -> Archive:

@@ -20,19 +20,12 @@ _FORMAT = 2  # of what a step of the same search does; raised when that changes
 
 
 class Kept(NamedTuple):
-    """A search under way and what is in its history.
+    """A search under way and what is in its history."""
 
-    Attributes:
-      state: of the search; arrays and keys.
-      evaluations: made at each mark, so far.
-      costs: of the archive at each mark, so far.
-      done: marks passed.
-    """
-
-    state: Any
-    evaluations: Int[ndarray, " s"]
-    costs: Float[ndarray, "s m k"]
-    done: int
+    state: Any  # of the search; arrays and keys
+    evaluations: Int[ndarray, " s"]  # made at each mark, so far
+    costs: Float[ndarray, "s m k"]  # of the archive at each mark, so far
+    done: int  # marks passed
 
 
 def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array, like: Any) -> str:

@@ -39,46 +39,29 @@ _NOT_ALLOWED, _FAILED, _UNKNOWN = 2.0, 4.0, 5.0
 
 @dataclass(frozen=True)
 class StrategySettings:
-    """How strategies search.
+    """How strategies search."""
 
-    Attributes:
-      name: of the algorithm in `evosax`: "CMA_ES", "DifferentialEvolution", "Sep_CMA_ES", ...
-      weights: directions, at most; the largest lattice that fits.
-      population: of each direction's strategy.
-      initial_deviation: of the first population of strategies that have one, in ranges of the box.
-      decomposition: "tchebycheff", "boundary_intersection" or "weighted_sum".
-      archive: what the result keeps.
-    """
-
+    # of the algorithm in `evosax`: "CMA_ES", "DifferentialEvolution", "Sep_CMA_ES",
     name: str = "CMA_ES"
-    weights: int = 20
-    population: int = 12
+    weights: int = 20  # directions, at most; the largest lattice that fits
+    population: int = 12  # of each direction's strategy
+    # of the first population of strategies that have one, in ranges of the box
     initial_deviation: float = 0.2
-    decomposition: str = "tchebycheff"
-    archive: ArchiveSettings = field(default_factory=ArchiveSettings)
+    decomposition: str = "tchebycheff"  # "tchebycheff", "boundary_intersection" or "weighted_sum"
+    archive: ArchiveSettings = field(default_factory=ArchiveSettings)  # what the result keeps
 
 
 @struct.dataclass
 class StrategyState:
-    """A search under way.
+    """A search under way."""
 
-    Attributes:
-      key: of the next generation.
-      step: generations done.
-      evaluations: made.
-      strategies: state of `evosax`, one for each weight.
-      ideal: least costs that single costs are measured from.
-      scale: what they are divided by.
-      archive: of allowed decisions.
-    """
-
-    key: Array
-    step: Int[Array, ""]
-    evaluations: Int[Array, ""]
-    strategies: Any
-    ideal: Float[Array, " k"]
-    scale: Float[Array, " k"]
-    archive: Archive
+    key: Array  # of the next generation
+    step: Int[Array, ""]  # generations done
+    evaluations: Int[Array, ""]  # made
+    strategies: Any  # state of `evosax`, one for each weight
+    ideal: Float[Array, " k"]  # least costs that single costs are measured from
+    scale: Float[Array, " k"]  # what they are divided by
+    archive: Archive  # of allowed decisions
 
 
 def evolution_strategies(
@@ -113,15 +96,10 @@ def evolution_strategies(
 
 @dataclass(frozen=True)
 class Strategies:
-    """One strategy for each weight as a start and a step, for `run_search`.
+    """One strategy for each weight as a start and a step, for `run_search`."""
 
-    Attributes:
-      problem: to be searched.
-      settings: of the search.
-    """
-
-    problem: Problem
-    settings: StrategySettings
+    problem: Problem  # to be searched
+    settings: StrategySettings  # of the search
 
     def start(self, key: Array) -> StrategyState:
         """A strategy for each direction, its mean or its population drawn over the box."""

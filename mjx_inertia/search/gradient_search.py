@@ -35,52 +35,35 @@ _LEAST_WEIGHT = 1e-2  # a direction along an axis would not see the other costs 
 
 @dataclass(frozen=True)
 class GradientSettings:
-    """How gradients are followed.
+    """How gradients are followed."""
 
-    Attributes:
-      weights: directions, at most; the largest lattice that fits.
-      starts: of each direction, drawn at random.
-      spread: share of the box, about its middle, from which starts are drawn; less where most of
-        the box is not allowed.
-      optimizer: "adam", or "lbfgs" with a line search, for costs without noise or kinks.
-      learning_rate: of Adam, in ranges of the box; falls to 0 along a cosine.
-      smoothing: of the greatest weighted cost, in ranges of the costs; 0.05 rounds the corner where
-        two costs are equally bad.
-      penalty: of a violation of 1, in ranges of the costs.
-      archive: what the result keeps.
-    """
-
-    weights: int = 20
-    starts: int = 2
+    weights: int = 20  # directions, at most; the largest lattice that fits
+    starts: int = 2  # of each direction, drawn at random
+    # share of the box, about its middle, from which starts are drawn; less where most of the box is
+    # not allowed
     spread: float = 1.0
+    # "adam", or "lbfgs" with a line search, for costs without noise or kinks
     optimizer: str = "adam"
-    learning_rate: float = 0.05
+    learning_rate: float = 0.05  # of Adam, in ranges of the box; falls to 0 along a cosine
+    # of the greatest weighted cost, in ranges of the costs; 0.05 rounds the corner where two costs
+    # are equally bad
     smoothing: float = 0.05
-    penalty: float = 10.0
-    archive: ArchiveSettings = field(default_factory=ArchiveSettings)
+    penalty: float = 10.0  # of a violation of 1, in ranges of the costs
+    archive: ArchiveSettings = field(default_factory=ArchiveSettings)  # what the result keeps
 
 
 @struct.dataclass
 class GradientState:
-    """A search under way.
+    """A search under way."""
 
-    Attributes:
-      step: steps done.
-      evaluations: made; a value with its gradient counts as one.
-      free: variables of each start, without bounds; weights before starts.
-      optimizer: state of each start.
-      going: whether a start still moves; False once a value or a gradient was not finite.
-      ideal: least costs of allowed decisions so far; infinite if there are none.
-      archive: of allowed decisions.
-    """
-
-    step: Int[Array, ""]
-    evaluations: Int[Array, ""]
-    free: Float[Array, "n d"]
-    optimizer: Any
+    step: Int[Array, ""]  # steps done
+    evaluations: Int[Array, ""]  # made; a value with its gradient counts as one
+    free: Float[Array, "n d"]  # variables of each start, without bounds; weights before starts
+    optimizer: Any  # state of each start
+    # whether a start still moves; False once a value or a gradient was not finite
     going: Bool[Array, " n"]
-    ideal: Float[Array, " k"]
-    archive: Archive
+    ideal: Float[Array, " k"]  # least costs of allowed decisions so far; infinite if there are none
+    archive: Archive  # of allowed decisions
 
 
 def gradient_descent(
@@ -137,17 +120,11 @@ def smooth_tchebycheff(
 
 @dataclass(frozen=True)
 class Gradients:
-    """All starts as a start and a step, for `run_search`.
+    """All starts as a start and a step, for `run_search`."""
 
-    Attributes:
-      problem: to be searched.
-      settings: of the search.
-      steps: in all, for the fall of the learning rate.
-    """
-
-    problem: Problem
-    settings: GradientSettings
-    steps: int
+    problem: Problem  # to be searched
+    settings: GradientSettings  # of the search
+    steps: int  # in all, for the fall of the learning rate
 
     def start(self, key: Array) -> GradientState:
         """All starts, not evaluated yet."""

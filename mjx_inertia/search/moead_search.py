@@ -37,54 +37,36 @@ from mjx_inertia.search.weights import nearest_weights, spread_weights
 
 @dataclass(frozen=True)
 class MoeadSettings:
-    """How MOEA/D searches.
+    """How MOEA/D searches."""
 
-    Attributes:
-      population: weights, at most; the largest lattice that fits (100 of 100 for two costs, 91 of
-        100 for three, 210 of 250 for nine).
-      children: made and evaluated together in a generation; the fewer, the sooner each improvement
-        is built upon. More than the population are cut to it.
-      neighbours: weights whose decisions are parents and may be replaced.
-      replacements: at most, by one child.
-      decomposition: "tchebycheff", "boundary_intersection" or "weighted_sum".
-      normalised: whether costs are divided by their range on the front found so far; needed where
-        their units differ.
-      variation: how children are made.
-      archive: what the result keeps.
-    """
-
+    # weights, at most; the largest lattice that fits (100 of 100 for two costs, 91 of 100 for
+    # three, 210 of 250 for nine)
     population: int = 100
+    # made and evaluated together in a generation; the fewer, the sooner each improvement is built
+    # upon. More than the population are cut to it.
     children: int = 20
-    neighbours: int = 20
-    replacements: int = 2
-    decomposition: str = "tchebycheff"
+    neighbours: int = 20  # weights whose decisions are parents and may be replaced
+    replacements: int = 2  # at most, by one child
+    decomposition: str = "tchebycheff"  # "tchebycheff", "boundary_intersection" or "weighted_sum"
+    # whether costs are divided by their range on the front found so far; needed where their units
+    # differ
     normalised: bool = True
-    variation: VariationSettings = field(default_factory=VariationSettings)
-    archive: ArchiveSettings = field(default_factory=ArchiveSettings)
+    variation: VariationSettings = field(default_factory=VariationSettings)  # how children are made
+    archive: ArchiveSettings = field(default_factory=ArchiveSettings)  # what the result keeps
 
 
 @struct.dataclass
 class MoeadState:
-    """A search under way.
+    """A search under way."""
 
-    Attributes:
-      key: of the next generation.
-      step: generations done; below 0 while the first decisions are evaluated.
-      evaluations: made.
-      decisions: one for each weight.
-      held: costs and violations of the decisions; infinite where the evaluation failed or is yet to
-        come.
-      ideal: least costs of allowed decisions so far; infinite if there are none.
-      archive: of allowed decisions.
-    """
-
-    key: Array
-    step: Int[Array, ""]
-    evaluations: Int[Array, ""]
-    decisions: Float[Array, "n d"]
+    key: Array  # of the next generation
+    step: Int[Array, ""]  # generations done; below 0 while the first decisions are evaluated
+    evaluations: Int[Array, ""]  # made
+    decisions: Float[Array, "n d"]  # one for each weight
+    # costs and violations of the decisions; infinite where the evaluation failed or is yet to come
     held: Evaluation
-    ideal: Float[Array, " k"]
-    archive: Archive
+    ideal: Float[Array, " k"]  # least costs of allowed decisions so far; infinite if there are none
+    archive: Archive  # of allowed decisions
 
 
 def moead(
@@ -128,15 +110,10 @@ def moead(
 
 @dataclass(frozen=True)
 class Moead:
-    """MOEA/D as a start and a step, for `run_search`.
+    """MOEA/D as a start and a step, for `run_search`."""
 
-    Attributes:
-      problem: to be searched.
-      settings: of the search.
-    """
-
-    problem: Problem
-    settings: MoeadSettings
+    problem: Problem  # to be searched
+    settings: MoeadSettings  # of the search
 
     def start(self, key: Array) -> MoeadState:
         """Decisions spread over the box, one for each weight, not evaluated yet.

@@ -16,15 +16,11 @@ from numpy import ndarray
 
 
 class Evaluation(NamedTuple):
-    """Costs of decisions.
+    """Costs of decisions."""
 
-    Attributes:
-      costs: lower is better; rows with a NaN or an infinity count as failed.
-      violation: 0 where the decision is allowed, else how far it is from being so; infinite or NaN
-        where the evaluation failed.
-    """
-
-    costs: Float[Array, "*n k"]
+    costs: Float[Array, "*n k"]  # lower is better; rows with a NaN or an infinity count as failed
+    # 0 where the decision is allowed, else how far it is from being so; infinite or NaN where the
+    # evaluation failed
     violation: Float[Array, "*n"]
 
 
@@ -32,23 +28,18 @@ class Evaluation(NamedTuple):
 class Problem:
     """Costs of a decision within bounds; compiled programs are kept for each `Problem` made.
 
-    Attributes:
-      evaluate: of one decision; pure and, for searches by gradient, differentiable.
-      lower: least decision.
-      upper: greatest decision.
-      cost_names: of the k costs.
-      evaluate_many: of many decisions, where there is a faster way than `jax.vmap(evaluate)`; for
-        example shared over cores.
-
     Raises:
       ValueError: the bounds are not finite, of different shapes or in the wrong order, or there is
         no cost.
     """
 
+    # of one decision; pure and, for searches by gradient, differentiable
     evaluate: Callable[[Float[Array, " d"]], Evaluation]
-    lower: Float[ndarray, " d"]
-    upper: Float[ndarray, " d"]
-    cost_names: tuple[str, ...]
+    lower: Float[ndarray, " d"]  # least decision
+    upper: Float[ndarray, " d"]  # greatest decision
+    cost_names: tuple[str, ...]  # of the k costs
+    # of many decisions, where there is a faster way than `jax.vmap(evaluate)`; for example shared
+    # over cores
     evaluate_many: Callable[[Float[Array, "n d"]], Evaluation] | None = None
 
     def __post_init__(self) -> None:

@@ -18,21 +18,14 @@ from mjx_inertia.search.problem import Evaluation
 
 @dataclass(frozen=True, eq=False)
 class Subproblems:
-    """The single costs that a search divides its costs into.
+    """The single costs that a search divides its costs into."""
 
-    Attributes:
-      weights: one a subproblem.
-      near: those nearest to each, itself first.
-      of_one: the single cost.
-      replacements: at most, by one child.
-      by_direction: whether the least single cost lies where the costs are in the direction of the
-        weight. Not so for a weighted sum, whose greatest weight asks for the least cost.
-    """
-
-    weights: Float[ndarray, "n k"]
-    near: Int[ndarray, "n t"]
-    of_one: Decomposition
-    replacements: int
+    weights: Float[ndarray, "n k"]  # one a subproblem
+    near: Int[ndarray, "n t"]  # those nearest to each, itself first
+    of_one: Decomposition  # the single cost
+    replacements: int  # at most, by one child
+    # whether the least single cost lies where the costs are in the direction of the weight. Not so
+    # for a weighted sum, whose greatest weight asks for the least cost.
     by_direction: bool = True
 
 

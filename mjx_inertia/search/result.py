@@ -17,34 +17,21 @@ _EXACT = 5  # costs, at most: beyond, the exact volume of 100 rows takes minutes
 
 @struct.dataclass
 class History:
-    """Copies of the archive's costs at s times.
+    """Copies of the archive's costs at s times."""
 
-    Attributes:
-      evaluations: made until then.
-      costs: infinite in unused rows.
-    """
-
-    evaluations: Int[Array, " s"]
-    costs: Float[Array, "s m k"]
+    evaluations: Int[Array, " s"]  # made until then
+    costs: Float[Array, "s m k"]  # infinite in unused rows
 
 
 @struct.dataclass
 class SearchResult:
-    """Decisions that do not dominate each other.
+    """Decisions that do not dominate each other."""
 
-    Attributes:
-      decisions: zero in unused rows.
-      costs: infinite in unused rows.
-      violation: 0; infinite in unused rows.
-      evaluations: made in all; one of a gradient with its value counts as one.
-      history: of the costs.
-    """
-
-    decisions: Float[Array, "m d"]
-    costs: Float[Array, "m k"]
-    violation: Float[Array, " m"]
-    evaluations: Int[Array, ""]
-    history: History
+    decisions: Float[Array, "m d"]  # zero in unused rows
+    costs: Float[Array, "m k"]  # infinite in unused rows
+    violation: Float[Array, " m"]  # 0; infinite in unused rows
+    evaluations: Int[Array, ""]  # made in all; one of a gradient with its value counts as one
+    history: History  # of the costs
 
     def front(self) -> tuple[Float[ndarray, "n d"], Float[ndarray, "n k"]]:
         """Decisions and costs of the rows in use, on the host, by the first cost.

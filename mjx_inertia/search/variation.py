@@ -14,29 +14,22 @@ from mjx_inertia.search.operators import differential, polynomial_mutation, sbx
 
 @dataclass(frozen=True)
 class VariationSettings:
-    """How children are made.
+    """How children are made."""
 
-    Attributes:
-      elite_share: probability that both parents are of the archive. With none, multimodal
-        problems converge slowly.
-      mating_near: probability that parents from the population are neighbours, else any two.
-      difference_share: share of children made by DE/rand/1 from their own decision, else by
-        simulated binary crossover of the parents.
-      crossover_eta: of simulated binary crossover; the greater, the nearer to the parents.
-      crossover_rate: probability that a variable is crossed.
-      difference_factor: F of DE.
-      mutation_eta: of polynomial mutation; the greater, the smaller the moves.
-      mutations: variables that mutate in a child, on average.
-    """
-
+    # probability that both parents are of the archive. With none, multimodal problems converge
+    # slowly.
     elite_share: float = 0.9
+    # probability that parents from the population are neighbours, else any two
     mating_near: float = 0.9
+    # share of children made by DE/rand/1 from their own decision, else by simulated binary
+    # crossover of the parents
     difference_share: float = 0.0
+    # of simulated binary crossover; the greater, the nearer to the parents
     crossover_eta: float = 15.0
-    crossover_rate: float = 0.5
-    difference_factor: float = 0.5
-    mutation_eta: float = 20.0
-    mutations: float = 1.0
+    crossover_rate: float = 0.5  # probability that a variable is crossed
+    difference_factor: float = 0.5  # F of DE
+    mutation_eta: float = 20.0  # of polynomial mutation; the greater, the smaller the moves
+    mutations: float = 1.0  # variables that mutate in a child, on average
 
 
 def children(

@@ -27,17 +27,11 @@ from mjx_inertia.spatial.components import stacked
 
 @struct.dataclass
 class Inertias:
-    """Mass matrix of the tree in blocks: thesis Eq. 7.1; k is 3 for a planar robot, else 6.
+    """Mass matrix of the tree in blocks: thesis Eq. 7.1; k is 3 for a planar robot, else 6."""
 
-    Attributes:
-      base: H_b.
-      coupling: H_bm.
-      joints: H_m, of all joints.
-    """
-
-    base: Float[Array, "k k"]
-    coupling: Float[Array, "k n"]
-    joints: Float[Array, "n n"]
+    base: Float[Array, "k k"]  # H_b
+    coupling: Float[Array, "k n"]  # H_bm
+    joints: Float[Array, "n n"]  # H_m, of all joints
 
 
 @struct.dataclass

@@ -68,29 +68,21 @@ MOMENTA = ("system", "robot")
 
 @struct.dataclass
 class Node:
-    """One instant; vectors of k entries hold the `axes` of the robot.
+    """One instant; vectors of k entries hold the `axes` of the robot."""
 
-    Attributes:
-      base_twist: of the base, in its axes.
-      base_acceleration: of its origin (m/s²) and angular (rad/s²), in its axes.
-      torque: of the joints that move robot and object, the object in the first hand, N m (N).
-      total_wrench: F_tot of Eq. 7.9 in the object's axes about its CoM, N and N m.
-      object_wrench: the part that moves the object, Λ_ob ẍ + μ_ob, which the hands exert on it.
-      closure: distance (m) and angle (rad) between the object as one and as the other hand has it.
-      object_rotation: of the object in the base.
-      object_place: of the object's frame in the base, m.
-      manipulability: √det J_g J_gᵀ, which vanishes where J_g is singular.
-    """
-
-    base_twist: Float[Array, " k"]
-    base_acceleration: Float[Array, " k"]
+    base_twist: Float[Array, " k"]  # of the base, in its axes
+    base_acceleration: Float[Array, " k"]  # of its origin (m/s²) and angular (rad/s²), in its axes
+    # of the joints that move robot and object, the object in the first hand, N m (N)
     torque: Float[Array, " n"]
+    # F_tot of Eq. 7.9 in the object's axes about its CoM, N and N m.
     total_wrench: Float[Array, " k"]
+    # the part that moves the object, Λ_ob ẍ + μ_ob, which the hands exert on it
     object_wrench: Float[Array, " k"]
+    # distance (m) and angle (rad) between the object as one and as the other hand has it
     closure: Float[Array, "2"]
-    object_rotation: Float[Array, "3 3"]
-    object_place: Float[Array, "3"]
-    manipulability: Float[Array, ""]
+    object_rotation: Float[Array, "3 3"]  # of the object in the base
+    object_place: Float[Array, "3"]  # of the object's frame in the base, m
+    manipulability: Float[Array, ""]  # √det J_g J_gᵀ, which vanishes where J_g is singular
 
 
 class _Tree(NamedTuple):

@@ -42,31 +42,21 @@ class CourseStatus(enum.IntEnum):
 
 @struct.dataclass
 class Manoeuvre:
-    """What is to be done.
+    """What is to be done."""
 
-    Attributes:
-      robot: the tree.
-      capture: the object that both hands hold.
-      q_start: joint positions at the start, in which the hands hold the object.
-      q_end: joint positions at the end.
-      T_world_obj: target of the object; the base starts as the world's frame.
-      duration: t_f, s.
-      leading: joints that have coefficients; all for "independent" motion.
-      momentum: "system" or "robot", see `instant.py`.
-      nodes: of the quadrature.
-      closure_limit: greatest distance (m) and angle (rad) between the hands' objects; None reports
-        them only.
-    """
-
-    robot: SpaceRobot
-    capture: Capture
+    robot: SpaceRobot  # the tree
+    capture: Capture  # the object that both hands hold
+    # joint positions at the start, in which the hands hold the object
     q_start: Float[AnyArray, " n"]
-    q_end: Float[AnyArray, " n"]
-    T_world_obj: Pose
-    duration: float = struct.field(pytree_node=False, default=50.0)
+    q_end: Float[AnyArray, " n"]  # joint positions at the end
+    T_world_obj: Pose  # target of the object; the base starts as the world's frame
+    duration: float = struct.field(pytree_node=False, default=50.0)  # t_f, s
+    # joints that have coefficients; all for "independent" motion
     leading: tuple[int, ...] = struct.field(pytree_node=False, default=())
+    # "system" or "robot", see `instant.py`
     momentum: str = struct.field(pytree_node=False, default="system")
-    nodes: int = struct.field(pytree_node=False, default=32)
+    nodes: int = struct.field(pytree_node=False, default=32)  # of the quadrature
+    # greatest distance (m) and angle (rad) between the hands' objects; None reports them only
     closure_limit: float | None = struct.field(pytree_node=False, default=1e-6)
 
     @property
@@ -92,33 +82,23 @@ class Manoeuvre:
 
 @struct.dataclass
 class Course:
-    """What one decision does.
+    """What one decision does."""
 
-    Attributes:
-      motion: of the joints at the nodes.
-      nodes: one entry a node.
-      base_place: of the base at the end, m, in the world.
-      base_turn: rotation vector of the base at the end, rad.
-      hand_error: position (m) of the right and the left hand against where they should be, world.
-      hand_turn: rotation vector of the same, rad.
-      closure: greatest distance (m) and angle (rad) between the objects of the two hands, on the
-        way and in `q_start` and `q_end` as they are given.
-      limit_excess: how far a following joint goes beyond its limits, rad (m).
-      unresolved: share of the total wrench that the nodes do not resolve; without it, of torques
-        and the object's wrench.
-      status: a `CourseStatus`.
-    """
-
-    motion: JointMotion
-    nodes: Node
-    base_place: Float[Array, "3"]
-    base_turn: Float[Array, "3"]
+    motion: JointMotion  # of the joints at the nodes
+    nodes: Node  # one entry a node
+    base_place: Float[Array, "3"]  # of the base at the end, m, in the world
+    base_turn: Float[Array, "3"]  # rotation vector of the base at the end, rad
+    # position (m) of the right and the left hand against where they should be, world
     hand_error: Float[Array, "2 3"]
-    hand_turn: Float[Array, "2 3"]
+    hand_turn: Float[Array, "2 3"]  # rotation vector of the same, rad
+    # greatest distance (m) and angle (rad) between the objects of the two hands, on the way and in
+    # `q_start` and `q_end` as they are given
     closure: Float[Array, "2"]
-    limit_excess: Float[Array, ""]
+    limit_excess: Float[Array, ""]  # how far a following joint goes beyond its limits, rad (m)
+    # share of the total wrench that the nodes do not resolve; without it, of torques and the
+    # object's wrench
     unresolved: Float[Array, ""]
-    status: Int[Array, ""]
+    status: Int[Array, ""]  # a `CourseStatus`
 
 
 RESOLVED = 5e-4  # share of the wrench; it moves the norm by about its square (docs/space.md)

@@ -21,27 +21,19 @@ from mjx_inertia.spatial import AnyArray, Pose
 
 @struct.dataclass
 class Path:
-    """A manoeuvre at m times.
+    """A manoeuvre at m times."""
 
-    Attributes:
-      time: s.
-      motion: of the joints.
-      nodes: what the manoeuvre's model of momentum says of each time.
-      hand_wrenches: of both hands on the object by that model, without squeezing it; in the base's
-        axes about the hands' origins, N and N m.
-      torque: of the joints that moves robot and object so that the hands share the load, N m (N);
-        with the object's momentum, whatever the model.
-      T_world_base: the base.
-      T_world_obj: the object.
-    """
-
-    time: Float[AnyArray, " m"]
-    motion: JointMotion
-    nodes: Node
+    time: Float[AnyArray, " m"]  # s
+    motion: JointMotion  # of the joints
+    nodes: Node  # what the manoeuvre's model of momentum says of each time
+    # of both hands on the object by that model, without squeezing it; in the base's axes about the
+    # hands' origins, N and N m
     hand_wrenches: Float[AnyArray, "m 2 k"]
+    # of the joints that moves robot and object so that the hands share the load, N m (N); with the
+    # object's momentum, whatever the model
     torque: Float[AnyArray, "m n"]
-    T_world_base: Pose
-    T_world_obj: Pose
+    T_world_base: Pose  # the base
+    T_world_obj: Pose  # the object
 
 
 def path(

@@ -30,21 +30,15 @@ _REACHED = 1e-9  # m and rad
 
 @dataclasses.dataclass(frozen=True)
 class ManoeuvreSettings:
-    """How a manoeuvre is modelled.
+    """How a manoeuvre is modelled."""
 
-    Attributes:
-      duration: s.
-      motion: "consistent" (joints obey the grasp) or "independent" (as the thesis prints it).
-      momentum: "system" (the object's counts) or "robot" (as the thesis prints it).
-      leading: joints with coefficients of a consistent motion; the first ones if None.
-      nodes: of the quadrature.
-    """
-
-    duration: float = 50.0
+    duration: float = 50.0  # s
+    # "consistent" (joints obey the grasp) or "independent" (as the thesis prints it)
     motion: str = "consistent"
-    momentum: str = "system"
+    momentum: str = "system"  # "system" (the object's counts) or "robot" (as the thesis prints it)
+    # joints with coefficients of a consistent motion; the first ones if None
     leading: tuple[int, ...] | None = None
-    nodes: int = 32
+    nodes: int = 32  # of the quadrature
 
     def __post_init__(self) -> None:
         """Raises ValueError for what no manoeuvre has."""

@@ -26,21 +26,15 @@ from mjx_inertia.spatial import AnyArray, Pose
 
 @dataclasses.dataclass(frozen=True)
 class ReplaySettings:
-    """How MuJoCo runs.
+    """How MuJoCo runs."""
 
-    Attributes:
-      step: s, at most; made to fit the samples.
-      samples: instants of the signals beside the first, evenly over the duration.
-      knots: instants at which torques are computed; cubic splines join them.
-      stiffness: of the joints' control, as a rate, 1/s; at 1 an error acts as on a spring on which
-        the joint's own inertia oscillates with 1 rad/s.
-      weld_time: time constant of the weld at the second hand, in steps; MuJoCo takes 2 or more.
-    """
-
-    step: float = 0.002
-    samples: int = 250
-    knots: int = 400
+    step: float = 0.002  # s, at most; made to fit the samples
+    samples: int = 250  # instants of the signals beside the first, evenly over the duration
+    knots: int = 400  # instants at which torques are computed; cubic splines join them
+    # of the joints' control, as a rate, 1/s; at 1 an error acts as on a spring on which the joint's
+    # own inertia oscillates with 1 rad/s
     stiffness: float = 0.3
+    # time constant of the weld at the second hand, in steps; MuJoCo takes 2 or more
     weld_time: float = 4.0
 
     def __post_init__(self) -> None:
@@ -54,42 +48,28 @@ class ReplaySettings:
 
 @dataclasses.dataclass(frozen=True)
 class ReplaySignals:
-    """What can be measured, at t times.
+    """What can be measured, at t times."""
 
-    Attributes:
-      T_world_base: the base.
-      T_world_obj: the object.
-      hand_wrenches: of the right and the left hand on the object, in the hands' axes about their
-        origins, N and N m.
-      object_wrench: of both together, about the object's CoM in its axes, N and N m.
-    """
-
-    T_world_base: Pose
-    T_world_obj: Pose
+    T_world_base: Pose  # the base
+    T_world_obj: Pose  # the object
+    # of the right and the left hand on the object, in the hands' axes about their origins, N and N
+    # m
     hand_wrenches: Float[ndarray, "t 2 6"]
+    # of both together, about the object's CoM in its axes, N and N m
     object_wrench: Float[ndarray, "t 6"]
 
 
 @dataclasses.dataclass(frozen=True)
 class Replay:
-    """A manoeuvre as predicted and as MuJoCo simulates it, at t times.
+    """A manoeuvre as predicted and as MuJoCo simulates it, at t times."""
 
-    Attributes:
-      time: s.
-      predicted: by the manoeuvre's model.
-      simulated: by MuJoCo.
-      joint_error: simulated joint positions less those wanted, rad (m).
-      momentum: simulated, of robot and object in world axes, angular about their CoM; kg m/s and
-        kg m²/s.
-      energy: simulated, kinetic, J.
-    """
-
-    time: Float[ndarray, " t"]
-    predicted: ReplaySignals
-    simulated: ReplaySignals
-    joint_error: Float[ndarray, "t n"]
+    time: Float[ndarray, " t"]  # s
+    predicted: ReplaySignals  # by the manoeuvre's model
+    simulated: ReplaySignals  # by MuJoCo
+    joint_error: Float[ndarray, "t n"]  # simulated joint positions less those wanted, rad (m)
+    # simulated, of robot and object in world axes, angular about their CoM; kg m/s and kg m²/s
     momentum: Float[ndarray, "t 6"]
-    energy: Float[ndarray, " t"]
+    energy: Float[ndarray, " t"]  # simulated, kinetic, J
 
 
 def replay(

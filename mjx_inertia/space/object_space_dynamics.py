@@ -26,15 +26,10 @@ from mjx_inertia.spatial.components import apply, components, cross, stacked
 
 @struct.dataclass
 class ObjectDynamics:
-    """Terms of Eq. 7.9 at one instant.
+    """Terms of Eq. 7.9 at one instant."""
 
-    Attributes:
-      inertia: Λ_tot.
-      velocity_wrench: μ_tot, N and N m.
-    """
-
-    inertia: Float[Array, "k k"]
-    velocity_wrench: Float[Array, " k"]
+    inertia: Float[Array, "k k"]  # Λ_tot
+    velocity_wrench: Float[Array, " k"]  # μ_tot, N and N m
 
 
 def object_dynamics(

@@ -21,49 +21,29 @@ _STRICTLY_BEFORE = _BEFORE - np.eye(6)
 
 
 class PlanarTerms(NamedTuple):
-    """Terms of Eqs 7.1 and 7.4 in inertial axes; coordinates are x, y, θ of the base and 6 joints.
+    """Terms of Eqs 7.1 and 7.4 in inertial axes; coordinates: x, y, θ of the base and six joints."""
 
-    Attributes:
-      H: (..., 9, 9) mass matrix.
-      J: (..., 6, 9) Jacobian of the right and the left hand: x, y and angle of each.
-      hands: (..., 2, 3) x, y and angle of the hands against the base's origin.
-      bodies: (..., 6, 3, 9) Jacobians of the links' middles.
-      arms: (..., 6, 2) the links from joint to joint, m.
-      shoulders: (..., 6, 2) where the arm of each link begins, against the base's origin, m.
-    """
-
-    H: Array
-    J: Array
-    hands: Array
-    bodies: Array
-    arms: Array
-    shoulders: Array
+    H: Array  # (..., 9, 9) mass matrix
+    J: Array  # (..., 6, 9) Jacobian of the right and the left hand: x, y and angle of each
+    hands: Array  # (..., 2, 3) x, y and angle of the hands against the base's origin
+    bodies: Array  # (..., 6, 3, 9) Jacobians of the links' middles
+    arms: Array  # (..., 6, 2) the links from joint to joint, m
+    shoulders: Array  # (..., 6, 2) where the arm of each link begins, against the base's origin, m
 
 
 class VelocityTerms(NamedTuple):
-    """What the rates of the coordinates cause.
+    """What the rates of the coordinates cause."""
 
-    Attributes:
-      c: (..., 9) Coriolis and centrifugal forces of Eq. 7.1.
-      Jdot_xdot: (..., 6) acceleration of the hands at zero acceleration of the coordinates.
-    """
-
-    c: Array
-    Jdot_xdot: Array
+    c: Array  # (..., 9) Coriolis and centrifugal forces of Eq. 7.1.
+    Jdot_xdot: Array  # (..., 6) acceleration of the hands at zero acceleration of the coordinates
 
 
 class ReducedTerms(NamedTuple):
-    """Terms of Eqs 7.5 to 7.8.
+    """Terms of Eqs 7.5 to 7.8."""
 
-    Attributes:
-      J_g: (..., 6, 6) Generalised Jacobian.
-      H_el: (..., 6, 6) reduced mass matrix.
-      c_el: (..., 6) reduced velocity forces.
-    """
-
-    J_g: Array
-    H_el: Array
-    c_el: Array
+    J_g: Array  # (..., 6, 6) Generalised Jacobian
+    H_el: Array  # (..., 6, 6) reduced mass matrix
+    c_el: Array  # (..., 6) reduced velocity forces
 
 
 def planar_terms(s: PlanarSettings, theta: Array, q: Array, xp: ModuleType = jnp) -> PlanarTerms:

@@ -16,33 +16,23 @@ from mjx_inertia.spatial import Pose
 
 @dataclasses.dataclass(frozen=True)
 class PlanarSettings:
-    """Figures of the robot and its object.
+    """Figures of the robot and its object."""
 
-    Attributes:
-      base_mass: kg.
-      base_side: of the square, m.
-      link_mass: of the links of an arm, kg.
-      link_length: m; a link's mass lies in its middle.
-      link_radius: of the cylinders, m.
-      link_inertia: "table" as printed, ½ m r², or "physical", m (3 r² + L²) / 12 (errata 28).
-      shoulder: of the right arm in the base, m; the left is its mirror image in x.
-      lower: least joint positions of the right arm, rad; the left arm's are mirrored.
-      upper: greatest joint positions of the right arm, rad.
-      object_mass: kg.
-      object_radius: of the solid sphere, m; the hands hold it on both sides.
-    """
-
-    base_mass: float = 300.0
-    base_side: float = 2.0
-    link_mass: tuple[float, float, float] = (5.0, 4.0, 3.0)
-    link_length: tuple[float, float, float] = (1.2, 1.1, 1.0)
-    link_radius: float = 0.2
+    base_mass: float = 300.0  # kg
+    base_side: float = 2.0  # of the square, m
+    link_mass: tuple[float, float, float] = (5.0, 4.0, 3.0)  # of the links of an arm, kg
+    link_length: tuple[float, float, float] = (1.2, 1.1, 1.0)  # m; a link's mass lies in its middle
+    link_radius: float = 0.2  # of the cylinders, m
+    # "table" as printed, ½ m r², or "physical", m (3 r² + L²) / 12 (errata 28)
     link_inertia: str = "table"
+    # of the right arm in the base, m; the left is its mirror image in x
     shoulder: tuple[float, float] = (0.5, 1.0)
+    # least joint positions of the right arm, rad; the left arm's are mirrored
     lower: tuple[float, float, float] = (-3.0, -3.0, -3.0)
+    # greatest joint positions of the right arm, rad
     upper: tuple[float, float, float] = (3.0, 3.0, 3.0)
-    object_mass: float = 10.0
-    object_radius: float = 0.4
+    object_mass: float = 10.0  # kg
+    object_radius: float = 0.4  # of the solid sphere, m; the hands hold it on both sides
 
     def __post_init__(self) -> None:
         """Raises ValueError for figures that no robot has."""

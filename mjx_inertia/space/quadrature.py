@@ -20,16 +20,11 @@ _STEPS = 48  # at least, of the attitude's integration
 
 
 class Rule(NamedTuple):
-    """A quadrature of n nodes.
+    """A quadrature of n nodes."""
 
-    Attributes:
-      nodes: shares of the duration, ascending.
-      weights: they sum to one.
-      tail: from samples to the last Legendre coefficients, normalised to root mean square.
-    """
-
-    nodes: Float[ndarray, " n"]
-    weights: Float[ndarray, " n"]
+    nodes: Float[ndarray, " n"]  # shares of the duration, ascending
+    weights: Float[ndarray, " n"]  # they sum to one
+    # from samples to the last Legendre coefficients, normalised to root mean square
     tail: Float[ndarray, "t n"]
 
 

@@ -19,27 +19,16 @@ _NO_WAY = 1e-9  # m, rad: less than that is no displacement to compare with
 
 @dataclasses.dataclass(frozen=True)
 class Disagreement:
-    """Prediction against simulation; shares are of the simulated figure, NaN where that is zero.
+    """Prediction against simulation; shares are of the simulated figure, NaN where that is zero."""
 
-    Attributes:
-      base_place: of the base at the end, m.
-      base_place_share: the same against how far the base went.
-      base_turn: angle between the base's attitudes at the end, rad.
-      base_turn_share: the same against how far the base turned.
-      force: of the object over the whole time: relative L2 error.
-      moment: of the object about its CoM, likewise.
-      hand_forces: of the right and the left hand, likewise.
-      hand_moments: about the hands' origins, likewise.
-    """
-
-    base_place: float
-    base_place_share: float
-    base_turn: float
-    base_turn_share: float
-    force: float
-    moment: float
-    hand_forces: tuple[float, float]
-    hand_moments: tuple[float, float]
+    base_place: float  # of the base at the end, m
+    base_place_share: float  # the same against how far the base went
+    base_turn: float  # angle between the base's attitudes at the end, rad
+    base_turn_share: float  # the same against how far the base turned
+    force: float  # of the object over the whole time: relative L2 error
+    moment: float  # of the object about its CoM, likewise
+    hand_forces: tuple[float, float]  # of the right and the left hand, likewise
+    hand_moments: tuple[float, float]  # about the hands' origins, likewise
 
 
 def disagreement(replay: Replay) -> Disagreement:

@@ -20,43 +20,30 @@ ALL_AXES = (0, 1, 2, 3, 4, 5)
 
 @struct.dataclass
 class SpaceRobot:
-    """A free-floating tree of n joints with two hands.
+    """A free-floating tree of n joints with two hands."""
 
-    Attributes:
-      base: inertia of the base in its frame.
-      T_parent_joint: n poses of the joints, each in the link before, at joint position zero.
-      axis: n unit vectors in the joints' frames.
-      links: n links, each in the frame of its joint.
-      armature: inertia of the drives as the joints feel it, kg m² (kg where prismatic).
-      lower: least joint positions, rad (m).
-      upper: greatest joint positions, rad (m).
-      T_link_hand: two poses: the hands in the links that carry them.
-      parents: index of the link before each, `BASE` for the base; each less than the link's own.
-      hands: indices of the two links that carry the hands.
-      prismatic: which joints slide.
-      planar: moves in the plane z = 0 of the base only; all joints turn about z.
-      radius: of the links' capsules, m, which looks and clearance take.
-      base_size: edges of the base's box, m, for the same.
-      name: of the robot.
-      joint_names: n names.
-    """
-
-    base: InertialParameters
-    T_parent_joint: Pose
-    axis: Float[AnyArray, "n 3"]
-    links: InertialParameters
+    base: InertialParameters  # inertia of the base in its frame
+    T_parent_joint: Pose  # n poses of the joints, each in the link before, at joint position zero
+    axis: Float[AnyArray, "n 3"]  # n unit vectors in the joints' frames
+    links: InertialParameters  # n links, each in the frame of its joint
+    # inertia of the drives as the joints feel it, kg m² (kg where prismatic)
     armature: Float[AnyArray, " n"]
-    lower: Float[AnyArray, " n"]
-    upper: Float[AnyArray, " n"]
-    T_link_hand: Pose
+    lower: Float[AnyArray, " n"]  # least joint positions, rad (m)
+    upper: Float[AnyArray, " n"]  # greatest joint positions, rad (m)
+    T_link_hand: Pose  # two poses: the hands in the links that carry them
+    # index of the link before each, `BASE` for the base; each less than the link's own
     parents: tuple[int, ...] = struct.field(pytree_node=False)
+    # indices of the two links that carry the hands
     hands: tuple[int, int] = struct.field(pytree_node=False)
-    prismatic: tuple[bool, ...] = struct.field(pytree_node=False)
+    prismatic: tuple[bool, ...] = struct.field(pytree_node=False)  # which joints slide
+    # moves in the plane z = 0 of the base only; all joints turn about z
     planar: bool = struct.field(pytree_node=False, default=False)
+    # of the links' capsules, m, which looks and clearance take
     radius: float = struct.field(pytree_node=False, default=0.1)
+    # edges of the base's box, m, for the same
     base_size: tuple[float, float, float] = struct.field(pytree_node=False, default=(1.0, 1.0, 1.0))
-    name: str = struct.field(pytree_node=False, default="")
-    joint_names: tuple[str, ...] = struct.field(pytree_node=False, default=())
+    name: str = struct.field(pytree_node=False, default="")  # of the robot
+    joint_names: tuple[str, ...] = struct.field(pytree_node=False, default=())  # n names
 
     @property
     def dof(self) -> int:
@@ -71,16 +58,11 @@ class SpaceRobot:
 
 @struct.dataclass
 class Capture:
-    """An object that both hands hold.
+    """An object that both hands hold."""
 
-    Attributes:
-      inertial: of the object, in its frame.
-      T_hand_obj: two poses: the object in each hand.
-      radius: of a ball around it, m, for clearance.
-    """
-
-    inertial: InertialParameters
-    T_hand_obj: Pose
+    inertial: InertialParameters  # of the object, in its frame
+    T_hand_obj: Pose  # two poses: the object in each hand
+    # of a ball around it, m, for clearance
     radius: float = struct.field(pytree_node=False, default=0.4)
 
 

@@ -26,17 +26,11 @@ _SHAPES = np.array(
 
 @struct.dataclass
 class JointMotion:
-    """Motion of n joints at m times.
+    """Motion of n joints at m times."""
 
-    Attributes:
-      q: positions, rad (m where prismatic).
-      qd: rates.
-      qdd: accelerations.
-    """
-
-    q: Float[Array, "m n"]
-    qd: Float[Array, "m n"]
-    qdd: Float[Array, "m n"]
+    q: Float[Array, "m n"]  # positions, rad (m where prismatic)
+    qd: Float[Array, "m n"]  # rates
+    qdd: Float[Array, "m n"]  # accelerations
 
 
 def shapes(tau: Float[ndarray, " m"]) -> Float[ndarray, "3 m 3"]:

@@ -50,19 +50,12 @@ Matrix = list[Row]
 
 
 class TreeInertias(NamedTuple):
-    """Composite inertias of the whole tree: thesis Eq. 7.1.
+    """Composite inertias of the whole tree: thesis Eq. 7.1."""
 
-    Attributes:
-      base: H_b of the entries in `axes`.
-      coupling: H_bm: one row of those entries for each joint.
-      joints: H_m.
-      whole: the tree as one body about the base's origin.
-    """
-
-    base: Matrix
-    coupling: Matrix
-    joints: Matrix
-    whole: Body
+    base: Matrix  # H_b of the entries in `axes`
+    coupling: Matrix  # H_bm: one row of those entries for each joint
+    joints: Matrix  # H_m
+    whole: Body  # the tree as one body about the base's origin
 
 
 class TreeForces(NamedTuple):

@@ -13,16 +13,11 @@ from jaxtyping import Array, Float
 
 @struct.dataclass
 class InertialParameters:
-    """Inertial parameters of one rigid body (or, with leading axes, of many) in a named frame.
+    """Inertial parameters of one rigid body (or, with leading axes, of many) in a named frame."""
 
-    Attributes:
-      mass: kg.
-      com: centre of mass, m, from the origin of the frame in its axes.
-      inertia: inertia tensor about the *centre of mass*, kg m², in the axes of the frame.
-    """
-
-    mass: Float[Array, "*n"]
-    com: Float[Array, "*n 3"]
+    mass: Float[Array, "*n"]  # kg
+    com: Float[Array, "*n 3"]  # centre of mass, m, from the origin of the frame in its axes
+    # inertia tensor about the *centre of mass*, kg m², in the axes of the frame
     inertia: Float[Array, "*n 3 3"]
 
 

@@ -16,17 +16,11 @@ from mjx_inertia.spatial.inertia import InertialParameters
 
 @struct.dataclass
 class PlanarInertia:
-    """Inertial parameters of motion in the x-y plane of a named frame.
+    """Inertial parameters of motion in the x-y plane of a named frame."""
 
-    Attributes:
-      mass: kg.
-      inertia: I_zz about the centre of mass, kg m².
-      com: x and y of the centre of mass, m, in the frame.
-    """
-
-    mass: Float[Array, "*n"]
-    inertia: Float[Array, "*n"]
-    com: Float[Array, "*n 2"]
+    mass: Float[Array, "*n"]  # kg
+    inertia: Float[Array, "*n"]  # I_zz about the centre of mass, kg m²
+    com: Float[Array, "*n 2"]  # x and y of the centre of mass, m, in the frame
 
 
 def to_planar(params: InertialParameters) -> PlanarInertia:

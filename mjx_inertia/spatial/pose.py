@@ -15,15 +15,10 @@ from mjx_inertia.spatial.arrays import AnyArray
 
 @struct.dataclass
 class Pose:
-    """`T_a_b`: maps coordinates in frame b to coordinates in frame a; leading axes are allowed.
+    """`T_a_b`: maps coordinates in frame b to coordinates in frame a; leading axes are allowed."""
 
-    Attributes:
-      rotation: axes of b in a, as columns.
-      translation: origin of b in a, m.
-    """
-
-    rotation: Float[AnyArray, "*n 3 3"]
-    translation: Float[AnyArray, "*n 3"]
+    rotation: Float[AnyArray, "*n 3 3"]  # axes of b in a, as columns
+    translation: Float[AnyArray, "*n 3"]  # origin of b in a, m
 
     @staticmethod
     def identity() -> "Pose":

@@ -13,18 +13,12 @@ from mjx_inertia.spatial.inertia import InertialParameters, change_frame
 
 @struct.dataclass
 class PrincipalInertia:
-    """A body in the frame of its principal axes, whose origin is the centre of mass.
+    """A body in the frame of its principal axes, whose origin is the centre of mass."""
 
-    Attributes:
-      mass: kg (MuJoCo's `body_mass`).
-      T_frame_principal: pose of the principal frame in the frame of the body (`body_iquat`,
-        `body_ipos`).
-      moments: principal moments, kg m² (`body_inertia`).
-    """
-
-    mass: Float[Array, "*n"]
+    mass: Float[Array, "*n"]  # kg (MuJoCo's `body_mass`)
+    # pose of the principal frame in the frame of the body (`body_iquat`, `body_ipos`)
     T_frame_principal: jaxlie.SE3
-    moments: Float[Array, "*n 3"]
+    moments: Float[Array, "*n 3"]  # principal moments, kg m² (`body_inertia`)
 
 
 def to_principal(params: InertialParameters) -> PrincipalInertia:

@@ -17,15 +17,10 @@ Row = Sequence[Component]
 
 
 class Factor(NamedTuple):
-    """L with L Lᵀ the matrix.
+    """L with L Lᵀ the matrix."""
 
-    Attributes:
-      lower: rows of L below its diagonal.
-      inverse_diagonal: inverses of the entries on it.
-    """
-
-    lower: list[list[Component]]
-    inverse_diagonal: list[Component]
+    lower: list[list[Component]]  # rows of L below its diagonal
+    inverse_diagonal: list[Component]  # inverses of the entries on it
 
 
 def factorize(matrix: Sequence[Row]) -> Factor:

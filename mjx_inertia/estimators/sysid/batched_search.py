@@ -33,23 +33,15 @@ _step = jax.jit(jax.vmap(levenberg_marquardt_step))
 
 @struct.dataclass
 class Search:
-    """Where searches ended and how they went, with a leading axis.
+    """Where searches ended and how they went, with a leading axis."""
 
-    Attributes:
-      z: best point found.
-      cost: there.
-      hessian: Gauss-Newton Hessian there, belief included.
-      trace: cost of the best point after each iteration; the last one is repeated.
-      iterations: evaluations of the simulation with its sensitivities.
-      converged: whether z is a minimum.
-    """
-
-    z: Float[AnyArray, "n p"]
-    cost: Float[AnyArray, " n"]
-    hessian: Float[AnyArray, "n p p"]
+    z: Float[AnyArray, "n p"]  # best point found
+    cost: Float[AnyArray, " n"]  # there
+    hessian: Float[AnyArray, "n p p"]  # Gauss-Newton Hessian there, belief included
+    # cost of the best point after each iteration; the last one is repeated
     trace: Float[AnyArray, "n i"]
-    iterations: Int[AnyArray, " n"]
-    converged: Bool[AnyArray, " n"]
+    iterations: Int[AnyArray, " n"]  # evaluations of the simulation with its sensitivities
+    converged: Bool[AnyArray, " n"]  # whether z is a minimum
 
 
 def search(

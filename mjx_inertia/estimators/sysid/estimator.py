@@ -34,31 +34,19 @@ _AT_BOUND = 0.05  # closer to a bound than this, in standard deviations of the b
 
 @struct.dataclass
 class FittedSysid:
-    """The estimator of the start of the search; None if the search starts at the prior mean.
+    """The estimator of the start of the search; None if the search starts at the prior mean."""
 
-    Attributes:
-      start: fitted `boosted`.
-    """
-
-    start: FittedBoosted | None
+    start: FittedBoosted | None  # fitted `boosted`
 
 
 class Identified(NamedTuple):
-    """The pushes of one object.
+    """The pushes of one object."""
 
-    Attributes:
-      rows: of the examples.
-      examples: these rows, in double precision.
-      centroid: of the outline, object frame, m.
-      settings: used for it.
-      fit: what was found.
-    """
-
-    rows: Int[np.ndarray, " m"]
-    examples: Examples
-    centroid: np.ndarray
-    settings: SysidSettings
-    fit: Fit
+    rows: Int[np.ndarray, " m"]  # of the examples
+    examples: Examples  # these rows, in double precision
+    centroid: np.ndarray  # of the outline, object frame, m
+    settings: SysidSettings  # used for it
+    fit: Fit  # what was found
 
 
 def _starts(

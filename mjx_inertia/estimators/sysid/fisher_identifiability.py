@@ -16,20 +16,15 @@ _SPREAD_OF_DIRECTION = 0.35  # share of an unknown in a direction from which it 
 
 @struct.dataclass
 class Identifiability:
-    """Fisher information of one push (or, with a leading axis, of many).
+    """Fisher information of one push (or, with a leading axis, of many)."""
 
-    Attributes:
-      covariance: of the coordinates, the beliefs included.
-      condition: ratio of the largest to the smallest eigenvalue of the information.
-      weakest: unit vector of the coordinates that the data determine least.
-      told: fraction by which the data reduce the prior variance along it (0: not at all).
-      untold: projection on all directions whose prior variance the data reduce by less than half.
-    """
-
-    covariance: Float[AnyArray, "*n p p"]
+    covariance: Float[AnyArray, "*n p p"]  # of the coordinates, the beliefs included
+    # ratio of the largest to the smallest eigenvalue of the information
     condition: Float[AnyArray, "*n"]
-    weakest: Float[AnyArray, "*n p"]
+    weakest: Float[AnyArray, "*n p"]  # unit vector of the coordinates that the data determine least
+    # fraction by which the data reduce the prior variance along it (0: not at all)
     told: Float[AnyArray, "*n"]
+    # projection on all directions whose prior variance the data reduce by less than half
     untold: Float[AnyArray, "*n p p"]
 
 

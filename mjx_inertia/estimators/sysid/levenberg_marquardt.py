@@ -27,26 +27,16 @@ _SOLVER = optx.LevenbergMarquardt(rtol=_ACCURACY, atol=_ACCURACY)
 
 @struct.dataclass
 class LevenbergMarquardtState:
-    """A search under way.
+    """A search under way."""
 
-    Attributes:
-      ask: the point whose normal equations the next step needs.
-      z: best point so far.
-      cost: there; infinite before the first step.
-      hessian: Gauss-Newton Hessian there.
-      decrement: decrease of the cost that the linear model at the best point predicts for a Newton
-        step.
-      done: the search has converged.
-      state: arrays of the solver.
-    """
-
-    ask: Float[Array, " p"]
-    z: Float[Array, " p"]
-    cost: Float[Array, ""]
-    hessian: Float[Array, "p p"]
+    ask: Float[Array, " p"]  # the point whose normal equations the next step needs
+    z: Float[Array, " p"]  # best point so far
+    cost: Float[Array, ""]  # there; infinite before the first step
+    hessian: Float[Array, "p p"]  # Gauss-Newton Hessian there
+    # decrease of the cost that the linear model at the best point predicts for a Newton step
     decrement: Float[Array, ""]
-    done: Bool[Array, ""]
-    state: PyTree
+    done: Bool[Array, ""]  # the search has converged
+    state: PyTree  # arrays of the solver
 
 
 @jax.custom_jvp

@@ -32,22 +32,15 @@ Criterion = Literal["A", "D"]
 
 @dataclass(frozen=True)
 class PusherLimits:
-    """What the pusher can do; candidates are a grid over it.
+    """What the pusher can do; candidates are a grid over it."""
 
-    Attributes:
-      speed: lowest and highest, m/s.
-      acceleration: of the tip at the start, m/s².
-      angle: largest one between path and face normal, rad.
-      contact: farthest contact point from the middle of a face, half lengths of the face.
-      length: of the path, m.
-      faces: of the box that can be reached: 0 is -x, 1 is -y, 2 is +x, 3 is +y (object frame).
-    """
-
-    speed: tuple[float, float] = (0.03, 0.2)
-    acceleration: float = 2.0
-    angle: float = math.radians(20.0)
+    speed: tuple[float, float] = (0.03, 0.2)  # lowest and highest, m/s
+    acceleration: float = 2.0  # of the tip at the start, m/s²
+    angle: float = math.radians(20.0)  # largest one between path and face normal, rad
+    # farthest contact point from the middle of a face, half lengths of the face
     contact: float = 0.7
-    length: float = 0.08
+    length: float = 0.08  # of the path, m
+    # of the box that can be reached: 0 is -x, 1 is -y, 2 is +x, 3 is +y (object frame)
     faces: tuple[int, ...] = (0, 1, 2, 3)
 
     def __post_init__(self) -> None:
@@ -64,23 +57,14 @@ class PusherLimits:
 
 @struct.dataclass
 class Pushes:
-    """Pushes that could be made, with a leading axis.
+    """Pushes that could be made, with a leading axis."""
 
-    Attributes:
-      setup: what is known before each.
-      contact_point: m, world.
-      contact_normal: inward unit normal, world.
-      face: number of the face.
-      offset: see `Paths`.
-      angle: see `Paths`.
-    """
-
-    setup: PushSetup
-    contact_point: Float[AnyArray, "n 2"]
-    contact_normal: Float[AnyArray, "n 2"]
-    face: Int[AnyArray, " n"]
-    offset: Float[AnyArray, " n"]
-    angle: Float[AnyArray, " n"]
+    setup: PushSetup  # what is known before each
+    contact_point: Float[AnyArray, "n 2"]  # m, world
+    contact_normal: Float[AnyArray, "n 2"]  # inward unit normal, world
+    face: Int[AnyArray, " n"]  # number of the face
+    offset: Float[AnyArray, " n"]  # see `Paths`
+    angle: Float[AnyArray, " n"]  # see `Paths`
 
     def __len__(self) -> int:
         """Number of pushes."""
@@ -89,22 +73,15 @@ class Pushes:
 
 @struct.dataclass
 class Paths:
-    """How straight pushes go; fields are broadcast against each other, one axis n.
+    """How straight pushes go; fields are broadcast against each other, one axis n."""
 
-    Attributes:
-      face: see `PusherLimits`.
-      offset: of the contact point from the middle of the face, half lengths of it, to the left of
-        the inward normal.
-      angle: from the inward normal to the path, counterclockwise, rad.
-      speed: m/s.
-      acceleration: from rest, m/s²; inf for full speed at once.
-    """
-
-    face: AnyArray | int
+    face: AnyArray | int  # see `PusherLimits`
+    # of the contact point from the middle of the face, half lengths of it, to the left of the
+    # inward normal
     offset: AnyArray | float
-    angle: AnyArray | float
-    speed: AnyArray | float
-    acceleration: AnyArray | float
+    angle: AnyArray | float  # from the inward normal to the path, counterclockwise, rad
+    speed: AnyArray | float  # m/s
+    acceleration: AnyArray | float  # from rest, m/s²; inf for full speed at once
 
 
 def straight_pushes(

@@ -26,17 +26,11 @@ DIVERGED = 1e12  # cost of a simulation that is not finite: any other is better
 
 @struct.dataclass
 class NormalEquations:
-    """Half the sum of squared residuals at a point with its derivatives.
+    """Half the sum of squared residuals at a point with its derivatives."""
 
-    Attributes:
-      cost: ½ rᵀ r (or the robust cost).
-      gradient: Jᵀ r.
-      hessian: Jᵀ J.
-    """
-
-    cost: Float[AnyArray, "*n"]
-    gradient: Float[AnyArray, "*n p"]
-    hessian: Float[AnyArray, "*n p p"]
+    cost: Float[AnyArray, "*n"]  # ½ rᵀ r (or the robust cost)
+    gradient: Float[AnyArray, "*n p"]  # Jᵀ r
+    hessian: Float[AnyArray, "*n p p"]  # Jᵀ J
 
 
 def _robust(r: Float[AnyArray, " w"], huber: float) -> tuple[Float[Array, ""], Float[Array, " w"]]:

@@ -25,29 +25,19 @@ WIDTH = 9  # f_x, f_y, m_c, u_cx, u_cy, w, x, y, yaw
 
 @struct.dataclass
 class Observation:
-    """One push as identification sees it; world axes.
+    """One push as identification sees it; world axes."""
 
-    Attributes:
-      force: N, (t, 2), on the object as the sensor gives it.
-      moment: about the object-frame origin, N m.
-      twist: of the object frame, m/s and rad/s.
-      pose: of the object frame, m and rad.
-      tip_acceleration: m/s², what the probe's mass feels.
-      arm: from the object-frame origin to the point that was touched first, at the start, m.
-      weight: inverse standard deviation of each residual; 0 where there is nothing to compare.
-      interval: between samples, s.
-      length: number of valid samples.
-    """
-
-    force: Float[AnyArray, "*n t 2"]
-    moment: Float[AnyArray, "*n t"]
-    twist: Float[AnyArray, "*n t 3"]
-    pose: Float[AnyArray, "*n t 3"]
-    tip_acceleration: Float[AnyArray, "*n t 2"]
+    force: Float[AnyArray, "*n t 2"]  # N, (t, 2), on the object as the sensor gives it
+    moment: Float[AnyArray, "*n t"]  # about the object-frame origin, N m
+    twist: Float[AnyArray, "*n t 3"]  # of the object frame, m/s and rad/s
+    pose: Float[AnyArray, "*n t 3"]  # of the object frame, m and rad
+    tip_acceleration: Float[AnyArray, "*n t 2"]  # m/s², what the probe's mass feels
+    # from the object-frame origin to the point that was touched first, at the start, m
     arm: Float[AnyArray, "*n 2"]
+    # inverse standard deviation of each residual; 0 where there is nothing to compare
     weight: Float[AnyArray, "*n t 9"]
-    interval: Float[AnyArray, "*n"]
-    length: Int[AnyArray, "*n"]
+    interval: Float[AnyArray, "*n"]  # between samples, s
+    length: Int[AnyArray, "*n"]  # number of valid samples
 
 
 def _at_contact(

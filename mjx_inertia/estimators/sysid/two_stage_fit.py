@@ -27,21 +27,14 @@ from mjx_inertia.spatial import AnyArray
 
 @struct.dataclass
 class Fit:
-    """Identified pushes, with a leading axis.
+    """Identified pushes, with a leading axis."""
 
-    Attributes:
-      start: coordinates where the search began.
-      search: where it ended and how it went, on the whole push.
-      misfit: mean squared residual, in standard deviations of the noise model.
-      fits: whether sensor noise alone explains the misfit.
-      known: Fisher information of the push where the search ended.
-    """
-
-    start: Float[AnyArray, "n p"]
-    search: Search
+    start: Float[AnyArray, "n p"]  # coordinates where the search began
+    search: Search  # where it ended and how it went, on the whole push
+    # mean squared residual, in standard deviations of the noise model
     misfit: Float[AnyArray, " n"]
-    fits: Bool[AnyArray, " n"]
-    known: Identifiability
+    fits: Bool[AnyArray, " n"]  # whether sensor noise alone explains the misfit
+    known: Identifiability  # Fisher information of the push where the search ended
 
 
 def _with_better(found: Search, rows: np.ndarray, other: Search) -> Search:

@@ -10,15 +10,10 @@ import dataclasses
 
 @dataclasses.dataclass(frozen=True)
 class Material:
-    """A homogeneous material.
+    """A homogeneous material."""
 
-    Attributes:
-      density: kg/m³.
-      friction: on a wooden or plastic table.
-    """
-
-    density: float
-    friction: float
+    density: float  # kg/m³
+    friction: float  # on a wooden or plastic table
 
 
 STEEL = Material(7850.0, 0.35)

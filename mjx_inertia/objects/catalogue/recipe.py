@@ -40,25 +40,18 @@ _CODE = ("objects", "spatial")  # rooms of this library that objects are made in
 
 @dataclasses.dataclass(frozen=True)
 class Recipe:
-    """One object of the catalogue.
+    """One object of the catalogue."""
 
-    Attributes:
-      name: lower case, words joined by underscores.
-      category: one of the five.
-      build: keyword parameters, all with defaults (sizes, wall thicknesses, m; densities, kg/m³),
-        to parts that touch but do not overlap, standing on z = 0 in their resting pose.
-      mass: kg of the real thing; the parts' densities are scaled by one factor to meet it. None
-        where the parts' own densities and sizes give it.
-      source: where the mass and the sizes come from.
-      friction: on a wooden or plastic table, Coulomb's coefficient.
-    """
-
-    name: str
-    category: Category
+    name: str  # lower case, words joined by underscores
+    category: Category  # one of the five
+    # keyword parameters, all with defaults (sizes, wall thicknesses, m; densities, kg/m³), to parts
+    # that touch but do not overlap, standing on z = 0 in their resting pose
     build: Builder
+    # kg of the real thing; the parts' densities are scaled by one factor to meet it. None where the
+    # parts' own densities and sizes give it.
     mass: float | None
-    source: str
-    friction: float = 0.4
+    source: str  # where the mass and the sizes come from
+    friction: float = 0.4  # on a wooden or plastic table, Coulomb's coefficient
 
 
 def catalogue_object(

@@ -226,17 +226,11 @@ def _miters(area: CrossSection) -> tuple[Float[ndarray, "n 2"], Float[ndarray, "
 
 @dataclasses.dataclass(frozen=True)
 class Piece:
-    """A solid of one material.
+    """A solid of one material."""
 
-    Attributes:
-      solid: m, any pose.
-      density: kg/m³.
-      color: red, green, blue, each from 0 to 1.
-    """
-
-    solid: Manifold
-    density: float
-    color: Color
+    solid: Manifold  # m, any pose
+    density: float  # kg/m³
+    color: Color  # red, green, blue, each from 0 to 1
 
 
 def assemble(
