@@ -16,7 +16,7 @@ from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Independent normal errors with a standard deviation of `spread / 3` of the value and a floor."""
+    """Independent normal errors: standard deviation `spread / 3` of the value, and a floor."""
 
     spread: float = 0.05  # three standard deviations over the value (0.05: the ±5 % of the thesis)
     # times the floors below (0: an error in proportion alone, as in the thesis; a signal that is

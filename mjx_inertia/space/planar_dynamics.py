@@ -21,7 +21,7 @@ _STRICTLY_BEFORE = _BEFORE - np.eye(6)
 
 
 class PlanarTerms(NamedTuple):
-    """Terms of Eqs 7.1 and 7.4 in inertial axes; coordinates: x, y, θ of the base and six joints."""
+    """Terms of Eqs 7.1 and 7.4, inertial axes; coordinates: x, y, θ of the base and six joints."""
 
     H: Array  # (..., 9, 9) mass matrix
     J: Array  # (..., 6, 9) Jacobian of the right and the left hand: x, y and angle of each
