@@ -38,8 +38,7 @@ from mjx_inertia.estimators.sysid import (
 )
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.experiment import experiment
-from mjx_inertia.features import examples
-from mjx_inertia.features import take_examples as take_rows
+from mjx_inertia.features import examples, take_examples as take_rows
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushRecord, build_scene, simulate
 from mjx_inertia.settings import SweepSettings

@@ -1,26 +1,17 @@
 """A push as a vector with named entries."""
 
 from mjx_inertia.features.example_table import (
-    Examples,
-    columns_of_set,
-    concatenate,
-    families_of,
-    select_columns,
-    take_examples,
+    Examples as Examples,
+    columns_of_set as columns_of_set,
+    concatenate as concatenate,
+    families_of as families_of,
+    select_columns as select_columns,
+    take_examples as take_examples,
 )
-from mjx_inertia.features.extraction import FEATURE_SETS, examples, extract, feature_names
-from mjx_inertia.features.signals import FeatureSettings
-
-__all__ = [
-    "FEATURE_SETS",
-    "Examples",
-    "FeatureSettings",
-    "columns_of_set",
-    "concatenate",
-    "examples",
-    "extract",
-    "families_of",
-    "feature_names",
-    "select_columns",
-    "take_examples",
-]
+from mjx_inertia.features.extraction import (
+    FEATURE_SETS as FEATURE_SETS,
+    examples as examples,
+    extract as extract,
+    feature_names as feature_names,
+)
+from mjx_inertia.features.signals import FeatureSettings as FeatureSettings

@@ -1,48 +1,34 @@
 """The MJX experiment: an object on a table, pushed by a tip."""
 
-from mjx_inertia.pushing.batched_simulation import simulate
-from mjx_inertia.pushing.mjx_step import differentiable_step
-from mjx_inertia.pushing.motion import Motion, SampledMotion, StraightMotion
+from mjx_inertia.pushing.batched_simulation import simulate as simulate
+from mjx_inertia.pushing.mjx_step import differentiable_step as differentiable_step
+from mjx_inertia.pushing.motion import (
+    Motion as Motion,
+    SampledMotion as SampledMotion,
+    StraightMotion as StraightMotion,
+)
 from mjx_inertia.pushing.parameters import (
-    PushParameters,
-    object_parameters,
-    recompile,
-    resting_height,
-    with_parameters,
+    PushParameters as PushParameters,
+    object_parameters as object_parameters,
+    recompile as recompile,
+    resting_height as resting_height,
+    with_parameters as with_parameters,
 )
-from mjx_inertia.pushing.plan_view import first_contact, plan_polygons, stack_polygons
+from mjx_inertia.pushing.plan_view import (
+    first_contact as first_contact,
+    plan_polygons as plan_polygons,
+    stack_polygons as stack_polygons,
+)
 from mjx_inertia.pushing.record import (
-    PushRecord,
-    PushStatus,
-    first_samples,
-    with_few_lengths,
+    PushRecord as PushRecord,
+    PushStatus as PushStatus,
+    first_samples as first_samples,
+    with_few_lengths as with_few_lengths,
 )
-from mjx_inertia.pushing.scene import Scene, build_scene, build_spec
-from mjx_inertia.pushing.settings import SceneSettings
-from mjx_inertia.pushing.setup import PushSetup, measured_motion
-
-__all__ = [
-    "Motion",
-    "PushParameters",
-    "PushRecord",
-    "PushSetup",
-    "PushStatus",
-    "SampledMotion",
-    "Scene",
-    "SceneSettings",
-    "StraightMotion",
-    "build_scene",
-    "build_spec",
-    "differentiable_step",
-    "first_contact",
-    "first_samples",
-    "measured_motion",
-    "object_parameters",
-    "plan_polygons",
-    "recompile",
-    "resting_height",
-    "simulate",
-    "stack_polygons",
-    "with_few_lengths",
-    "with_parameters",
-]
+from mjx_inertia.pushing.scene import (
+    Scene as Scene,
+    build_scene as build_scene,
+    build_spec as build_spec,
+)
+from mjx_inertia.pushing.settings import SceneSettings as SceneSettings
+from mjx_inertia.pushing.setup import PushSetup as PushSetup, measured_motion as measured_motion

@@ -10,8 +10,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from mjx_inertia.robots.link_tree import LinkTree, TreeJoint, TreeLink
-from mjx_inertia.robots.rigid_links import link_parameters as link_of
-from mjx_inertia.robots.rigid_links import pose
+from mjx_inertia.robots.rigid_links import link_parameters as link_of, pose
 from mjx_inertia.spatial import InertialParameters, Pose
 
 _GRAVITY = (0.0, 0.0, -9.81)

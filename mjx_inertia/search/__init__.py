@@ -3,28 +3,21 @@
 MOEA/D, evolution strategies on decomposed costs, and gradient descent from many starts.
 """
 
-from mjx_inertia.search.archive import ArchiveSettings
-from mjx_inertia.search.evosax_strategies import StrategySettings, evolution_strategies
-from mjx_inertia.search.gradient_search import GradientSettings, gradient_descent
-from mjx_inertia.search.moead_search import MoeadSettings, moead
-from mjx_inertia.search.problem import Evaluation, Problem
-from mjx_inertia.search.reference_point import toward
-from mjx_inertia.search.result import History, SearchResult, progress
-from mjx_inertia.search.variation import VariationSettings
-
-__all__ = [
-    "ArchiveSettings",
-    "Evaluation",
-    "GradientSettings",
-    "History",
-    "MoeadSettings",
-    "Problem",
-    "SearchResult",
-    "StrategySettings",
-    "VariationSettings",
-    "evolution_strategies",
-    "gradient_descent",
-    "moead",
-    "progress",
-    "toward",
-]
+from mjx_inertia.search.archive import ArchiveSettings as ArchiveSettings
+from mjx_inertia.search.evosax_strategies import (
+    StrategySettings as StrategySettings,
+    evolution_strategies as evolution_strategies,
+)
+from mjx_inertia.search.gradient_search import (
+    GradientSettings as GradientSettings,
+    gradient_descent as gradient_descent,
+)
+from mjx_inertia.search.moead_search import MoeadSettings as MoeadSettings, moead as moead
+from mjx_inertia.search.problem import Evaluation as Evaluation, Problem as Problem
+from mjx_inertia.search.reference_point import toward as toward
+from mjx_inertia.search.result import (
+    History as History,
+    SearchResult as SearchResult,
+    progress as progress,
+)
+from mjx_inertia.search.variation import VariationSettings as VariationSettings

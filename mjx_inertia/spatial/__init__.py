@@ -6,80 +6,50 @@ frame's origin (m/s) and the angular velocity (rad/s), a wrench the force (N) an
 the frame's origin (N m), both in the axes of the frame. Functions are written for one body.
 """
 
-from mjx_inertia.spatial.arrays import AnyArray
+from mjx_inertia.spatial.arrays import AnyArray as AnyArray
 from mjx_inertia.spatial.consistency import (
-    Consistency,
-    check_consistency,
-    explain_consistency,
-    thicken,
+    Consistency as Consistency,
+    check_consistency as check_consistency,
+    explain_consistency as explain_consistency,
+    thicken as thicken,
 )
 from mjx_inertia.spatial.inertia import (
-    InertialParameters,
-    change_frame,
-    combine,
-    inertia_about,
-    kinetic_energy,
-    point_mass_inertia,
+    InertialParameters as InertialParameters,
+    change_frame as change_frame,
+    combine as combine,
+    inertia_about as inertia_about,
+    kinetic_energy as kinetic_energy,
+    point_mass_inertia as point_mass_inertia,
 )
 from mjx_inertia.spatial.log_cholesky import (
-    LOG_CHOLESKY_NAMES,
-    from_log_cholesky,
-    to_log_cholesky,
+    LOG_CHOLESKY_NAMES as LOG_CHOLESKY_NAMES,
+    from_log_cholesky as from_log_cholesky,
+    to_log_cholesky as to_log_cholesky,
 )
 from mjx_inertia.spatial.planar import (
-    PlanarInertia,
-    change_frame_planar,
-    from_planar,
-    to_planar,
+    PlanarInertia as PlanarInertia,
+    change_frame_planar as change_frame_planar,
+    from_planar as from_planar,
+    to_planar as to_planar,
 )
-from mjx_inertia.spatial.plane import planar_cross, planar_rotate
-from mjx_inertia.spatial.pose import Pose
-from mjx_inertia.spatial.principal import PrincipalInertia, from_principal, to_principal
+from mjx_inertia.spatial.plane import planar_cross as planar_cross, planar_rotate as planar_rotate
+from mjx_inertia.spatial.pose import Pose as Pose
+from mjx_inertia.spatial.principal import (
+    PrincipalInertia as PrincipalInertia,
+    from_principal as from_principal,
+    to_principal as to_principal,
+)
 from mjx_inertia.spatial.representations import (
-    TEN_VECTOR_NAMES,
-    from_pseudo_inertia,
-    from_spatial_inertia,
-    from_ten_vector,
-    skew,
-    to_pseudo_inertia,
-    to_spatial_inertia,
-    to_ten_vector,
+    TEN_VECTOR_NAMES as TEN_VECTOR_NAMES,
+    from_pseudo_inertia as from_pseudo_inertia,
+    from_spatial_inertia as from_spatial_inertia,
+    from_ten_vector as from_ten_vector,
+    skew as skew,
+    to_pseudo_inertia as to_pseudo_inertia,
+    to_spatial_inertia as to_spatial_inertia,
+    to_ten_vector as to_ten_vector,
 )
-from mjx_inertia.spatial.second_moment import inertia_from_second_moment, second_moment_from_inertia
-
-__all__ = [
-    "LOG_CHOLESKY_NAMES",
-    "TEN_VECTOR_NAMES",
-    "AnyArray",
-    "Consistency",
-    "InertialParameters",
-    "PlanarInertia",
-    "Pose",
-    "PrincipalInertia",
-    "change_frame",
-    "change_frame_planar",
-    "check_consistency",
-    "combine",
-    "explain_consistency",
-    "from_log_cholesky",
-    "from_planar",
-    "from_principal",
-    "from_pseudo_inertia",
-    "from_spatial_inertia",
-    "from_ten_vector",
-    "inertia_about",
-    "inertia_from_second_moment",
-    "kinetic_energy",
-    "planar_cross",
-    "planar_rotate",
-    "point_mass_inertia",
-    "second_moment_from_inertia",
-    "skew",
-    "thicken",
-    "to_log_cholesky",
-    "to_planar",
-    "to_principal",
-    "to_pseudo_inertia",
-    "to_spatial_inertia",
-    "to_ten_vector",
-]
+from mjx_inertia.spatial.second_moment import (
+    inertia_from_second_moment as inertia_from_second_moment,
+    second_moment_from_inertia as second_moment_from_inertia,
+)

@@ -27,8 +27,7 @@ from mjx_inertia.estimators.sysid import (
     to_coordinates,
     to_value,
 )
-from mjx_inertia.features import examples
-from mjx_inertia.features import take_examples as take_rows
+from mjx_inertia.features import examples, take_examples as take_rows
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushStatus, build_scene, simulate
 

@@ -12,8 +12,12 @@ from mjx_inertia.objects import (
     load_mcube_objects,
     solids,
 )
-from mjx_inertia.pushing import SceneSettings, object_parameters, plan_polygons
-from mjx_inertia.pushing import scene as scene_module
+from mjx_inertia.pushing import (
+    SceneSettings,
+    object_parameters,
+    plan_polygons,
+    scene as scene_module,
+)
 from mjx_inertia.pushing.scene import build_spec
 
 

@@ -16,12 +16,12 @@ from mjx_inertia.space import (
     inertias,
     node,
     planar_capture,
+    planar_dynamics as closed,
     planar_robot,
     reduced_forces,
     reduced_inertia,
     velocity_forces,
 )
-from mjx_inertia.space import planar_dynamics as closed
 from mjx_inertia.space.planar_model import link_moments
 
 SETTINGS = PlanarSettings(link_inertia="physical", shoulder=(0.6, 0.9))
