@@ -23,6 +23,9 @@ QUICK_COMPILATION = (
 )
 # Few tests, but long ones: they start first, so that no worker is left alone with them at the end.
 FIRST = ("pipeline", "test_checks.py", "space", "grasping")
+# The mathematics of these folders is checked in double precision; a test of single precision
+# switches back for itself.
+FLOAT64 = ("grasping", "robots", "search", "space", "spatial")
 ENOUGH_MEMORY = 1_200_000  # KiB, of a worker
 
 install_import_hook(checked_modules(), "typecheck.check")
@@ -59,6 +62,17 @@ def programs_of_one_file():
     if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > ENOUGH_MEMORY:
         jax.clear_caches()
         gc.collect()
+
+
+@pytest.fixture(autouse=True)
+def precision(request: pytest.FixtureRequest):
+    """Double precision for tests in the folders `FLOAT64` and those marked `float64`."""
+    marked = request.node.get_closest_marker("float64") is not None
+    if marked or request.path.parent.name in FLOAT64:
+        with jax.enable_x64(True):
+            yield
+    else:
+        yield
 
 
 @pytest.fixture(scope="session")
