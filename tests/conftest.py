@@ -25,6 +25,9 @@ QUICK_COMPILATION = (
 )
 # Few tests, but long ones: they start first, so that no worker is left alone with them at the end.
 FIRST = ("pipeline", "test_checks.py", "space", "grasping")
+# The mathematics of these folders is checked in double precision; a test of single precision
+# switches back for itself.
+FLOAT64 = ("grasping", "robots", "search", "space", "spatial")
 ENOUGH_MEMORY = 1_200_000  # KiB, of a worker
 
 install_import_hook(checked_modules(), "typecheck.check")
@@ -80,6 +83,17 @@ def run_script(monkeypatch, tmp_path):
             pytest.skip(f"{script.name} needs {error.name}")
 
     return run
+
+
+@pytest.fixture(autouse=True)
+def precision(request: pytest.FixtureRequest):
+    """Double precision for tests in the folders `FLOAT64` and those marked `float64`."""
+    marked = request.node.get_closest_marker("float64") is not None
+    if marked or request.path.parent.name in FLOAT64:
+        with jax.enable_x64(True):
+            yield
+    else:
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -20,11 +20,7 @@ from mjx_inertia.pareto import (
     weighted_choice,
 )
 
-
-@pytest.fixture(autouse=True)
-def float64():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.float64
 
 
 def table():

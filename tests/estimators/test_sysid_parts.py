@@ -39,15 +39,11 @@ from mjx_inertia.estimators.sysid.unknowns import LOGARITHMIC, SensorErrors, bey
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, StraightMotion
 from mjx_inertia.pushing.rollout import Sample
 
+pytestmark = pytest.mark.float64
+
 SETTINGS = SysidSettings()
 EVERY_NAME = tuple(Beliefs.__dataclass_fields__)
 SAMPLES = 40
-
-
-@pytest.fixture(autouse=True)
-def double_precision():
-    with jax.enable_x64(True):
-        yield
 
 
 def turn(angle):

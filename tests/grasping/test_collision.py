@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -12,14 +11,10 @@ from mjx_inertia.grasping.collision import Bottle, ControlSettings, Pillar, coll
 from mjx_inertia.robots import Arm
 from mjx_inertia.spatial import InertialParameters, Pose
 
+pytestmark = pytest.mark.float64
+
 SPEED = 0.4  # m/s
 IDLE = ControlSettings(stiffness=1e-6, damping=1e-6)  # lets go: inertia alone strikes
-
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
 
 
 def sled(mass=1.5):

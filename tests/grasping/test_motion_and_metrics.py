@@ -25,6 +25,8 @@ from mjx_inertia.grasping import (
 from mjx_inertia.robots import arm_spec, baxter, hand_jacobian
 from mjx_inertia.spatial import InertialParameters, Pose
 
+pytestmark = pytest.mark.float64
+
 TASK = Task(
     "curve",
     (Move(translation=(0.08, -0.1, 0.06), rotation_deg=(20.0, 0.0, 35.0), duration=1.5),
@@ -32,12 +34,6 @@ TASK = Task(
 )  # fmt: skip
 DOWN = np.diag([1.0, -1.0, -1.0])
 QUICK = ReachSettings(starts=4)
-
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
 
 
 @pytest.fixture(scope="module")

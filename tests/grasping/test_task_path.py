@@ -10,6 +10,8 @@ from mjx_inertia.grasping import TASKS, Move, Task, object_path, object_pose_at,
 from mjx_inertia.grasping.motion import hand_path
 from mjx_inertia.spatial import Pose
 
+pytestmark = pytest.mark.float64
+
 START = Rotation.from_euler("xyz", (0.3, -0.2, 0.5))
 COM = np.array([0.02, -0.03, 0.05])
 TWISTED = Task(
@@ -20,12 +22,6 @@ TWISTED = Task(
         Move(rotation_deg=(0.0, 0.0, 170.0), duration=1.5),
     ),
 )
-
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
 
 
 def start_pose():

@@ -1,6 +1,5 @@
 """Scaled, re-massed and combined objects against the same parts assembled anew."""
 
-import jax
 import jaxlie
 import jaxtyping
 import numpy as np
@@ -18,11 +17,7 @@ from mjx_inertia.objects import (
 )
 from mjx_inertia.spatial import Consistency, check_consistency
 
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.float64
 
 
 def lamp():

@@ -16,14 +16,10 @@ import yourdfpy
 from mjx_inertia.objects import cube, export_objects, load_catalogue, prism
 from mjx_inertia.objects.__main__ import main
 
+pytestmark = pytest.mark.float64
+
 SAMPLE = ("wedge", "tube", "book", "hammer", "tensor_object")
 SUFFIX = {"urdf": ".urdf", "mjcf": ".xml"}
-
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
 
 
 @pytest.fixture(scope="module")

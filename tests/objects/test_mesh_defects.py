@@ -2,7 +2,6 @@
 
 import re
 
-import jax
 import jaxtyping
 import numpy as np
 import pytest
@@ -10,11 +9,7 @@ import trimesh
 
 from mjx_inertia.objects import MeshDefect, find_defects, mass_properties, repair_mesh
 
-
-@pytest.fixture(autouse=True)
-def float64():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.float64
 
 
 def cube(edge=1.0, at=(0.0, 0.0, 0.0)):

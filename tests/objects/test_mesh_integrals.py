@@ -19,11 +19,7 @@ from solids_of_known_mass import (
 from mjx_inertia.objects import mass_properties, polyhedron_properties
 from mjx_inertia.spatial import Consistency, check_consistency
 
-
-@pytest.fixture(autouse=True)
-def float64():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.float64
 
 
 def bolt():

@@ -3,7 +3,6 @@
 import re
 import warnings
 
-import jax
 import jaxtyping
 import manifold3d
 import mujoco
@@ -27,14 +26,10 @@ from mjx_inertia.objects.convex import hull_vertices
 from mjx_inertia.objects.part_assembly import main_color
 from mjx_inertia.spatial import to_spatial_inertia
 
+pytestmark = pytest.mark.float64
+
 SAMPLE = ("wedge", "tube", "book", "tensor_object")
 BOOT = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.05], [0.08, 0.1], [0.0, 0.12]])
-
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
 
 
 def assert_same_inertia(found: ObjectModel, mass, com, tensor, rtol):

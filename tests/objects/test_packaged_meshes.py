@@ -9,13 +9,9 @@ from solids_of_known_mass import integrals_in_extended_precision, worst_differen
 from mjx_inertia.objects import MeshDefect, find_defects, mass_properties
 from mjx_inertia.objects.crossing_faces import crossing_faces
 
+pytestmark = pytest.mark.float64
+
 pymeshlab = pytest.importorskip("pymeshlab")
-
-
-@pytest.fixture(autouse=True)
-def float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def meshlab(mesh):

@@ -1,17 +1,12 @@
 """Parts become an object: exact inertia, silhouette, what it stands on, and clear errors."""
 
-import jax
 import numpy as np
 import pytest
 import trimesh
 
 from mjx_inertia.objects import Part, friction_radius, from_parts, moved, solids, turned
 
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.float64
 
 
 def hammer(mass=None):

@@ -1,6 +1,5 @@
 """Random families: exact, consistent, all different, and the same for the same seed."""
 
-import jax
 import numpy as np
 import pytest
 
@@ -8,11 +7,7 @@ from mjx_inertia.objects import RandomShapes, from_parts, random_objects
 from mjx_inertia.objects.random_shapes import OUTLINES
 from mjx_inertia.spatial import Consistency, check_consistency
 
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.float64
 
 
 @pytest.mark.parametrize("kind", OUTLINES)

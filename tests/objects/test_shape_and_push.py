@@ -27,16 +27,12 @@ from mjx_inertia.spatial import (
     to_planar,
 )
 
+pytestmark = pytest.mark.float64
+
 REFERENCE = np.array([0.1, -0.2, 0.03])
 DENSITY = 800.0
 # of the ten log-Cholesky parameters: 1 % of lengths, 1 mm of the rest
 SHAPE_STD = np.array([0.01, 0.01, 0.01, 0.01, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3])
-
-
-@pytest.fixture(autouse=True)
-def float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def wedge():

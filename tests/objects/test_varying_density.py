@@ -21,13 +21,9 @@ from mjx_inertia.spatial import (
     combine,
 )
 
+pytestmark = pytest.mark.float64
+
 properties_of_grid = jax.jit(voxel_properties)
-
-
-@pytest.fixture(autouse=True)
-def float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def turned(mesh):

@@ -23,12 +23,6 @@ from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.rollout import State, _known_forward, _mjx_forward, _moved
 
 
-@pytest.fixture
-def float64():
-    with jax.enable_x64(True):
-        yield
-
-
 def states(scene, parameters, rng, count):
     """Boxes that turn and sink, tips that press a face, an edge, or nothing."""
     planar, half = scene.planar, np.asarray(parameters.half_extents)
@@ -80,7 +74,8 @@ def mujoco_accelerations(scene, parameters, state):
 
 @pytest.mark.parametrize("table", ["limit_surface", "corners"])
 @pytest.mark.long
-def test_accelerations_and_forces_at_random_states(float64, scene_of, table):
+@pytest.mark.float64
+def test_accelerations_and_forces_at_random_states(scene_of, table):
     """Faces, sticking, sliding, off the tip, in the air: those of MJX to 1e-8.
 
     At edges, where MJX moves the nearest point by 1e-6 of the edge, those of C MuJoCo to 1e-5.
@@ -116,7 +111,8 @@ OUTLINES = {
 
 @pytest.mark.parametrize(("table", "name"), [("limit_surface", "L"), ("pads", "hexagon")])
 @pytest.mark.long
-def test_prisms_move_as_in_mjx(float64, table, name):
+@pytest.mark.float64
+def test_prisms_move_as_in_mjx(table, name):
     """Tips at random places along the outline, away from corners: accelerations to 1e-4.
 
     MuJoCo keeps the vertices of meshes in single precision.
@@ -167,7 +163,8 @@ def test_nearest_point_of_polygons_equals_that_of_shapely():
 
 
 @pytest.mark.parametrize("table", ["limit_surface", "corners"])
-def test_integration_equals_that_of_mjx(float64, scene_of, table):
+@pytest.mark.float64
+def test_integration_equals_that_of_mjx(scene_of, table):
     scene = scene_of(table)
     parameters = cubes(8, seed=3)
     state = states(scene, parameters, np.random.default_rng(3), 8)
@@ -185,7 +182,8 @@ def test_integration_equals_that_of_mjx(float64, scene_of, table):
     np.testing.assert_allclose(np.stack(ours.qvel, 1), qvel, rtol=0, atol=1e-14)
 
 
-def test_rotation_has_derivatives_at_rest(float64):
+@pytest.mark.float64
+def test_rotation_has_derivatives_at_rest():
     """An object at rest turns by nothing, and the derivative is that of a small turn."""
     rest = [jnp.asarray(x) for x in (1.0, 0.0, 0.0, 0.0)]
     slope = jax.jacfwd(lambda w: jnp.stack(integrate_rotation(rest, list(w), 0.01)))(jnp.zeros(3))

@@ -1,6 +1,5 @@
 """Every object of the catalogue is a solid of consistent inertia that stands by itself."""
 
-import jax
 import numpy as np
 import pytest
 
@@ -8,17 +7,13 @@ from mjx_inertia.objects import CATEGORIES, friction_radius, load_catalogue
 from mjx_inertia.objects.catalogue.load import recipes
 from mjx_inertia.spatial import Consistency, check_consistency
 
+pytestmark = pytest.mark.float64
+
 FIRST = {next(n for n, r in recipes().items() if r.category == c) for c in CATEGORIES}
 every_object = pytest.mark.parametrize(
     "name",
     [pytest.param(n, marks=() if n in FIRST else pytest.mark.long) for n in recipes()],
 )
-
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
 
 
 def test_how_many_there_are():

@@ -1,6 +1,5 @@
 """Primitives against closed forms, and the objects that the thesis names against its figures."""
 
-import jax
 import numpy as np
 import pytest
 
@@ -8,11 +7,7 @@ from mjx_inertia.objects import load_catalogue
 from mjx_inertia.objects.catalogue.load import recipes
 from mjx_inertia.objects.catalogue.thesis import TABLE_3_2
 
-
-@pytest.fixture(autouse=True)
-def double():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.float64
 
 
 def solid(name, **parameters):
