@@ -164,7 +164,7 @@ def _records(config: DictConfig, kinds: tuple[type, ...], prefix: str) -> list[A
     raw = OmegaConf.to_container(config, resolve=True)
     assert isinstance(raw, dict)
     known = _defaults(kinds, prefix)
-    if SweepSettings not in kinds and (unknown := sorted(str(k) for k in raw if k not in known)):
+    if SweepSettings not in kinds and (unknown := [key for key in raw if key not in known]):
         raise ValueError(f"{unknown[0]}: no such option; there are {list(known)}")
     records: list[Any] = []
     for kind in kinds:

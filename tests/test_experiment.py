@@ -38,6 +38,7 @@ def main(options, folder):
 if __name__ == "__main__":
     main()
 '''
+COMPOSE = "\nfrom mjx_inertia.settings import compose\n\n\n@dataclass"
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,12 @@ def test_run_folder_of_the_user_and_sweeps(small, run_script, tmp_path):
     results = [json.loads((tmp_path / f"many/{i}/result.json").read_text()) for i in range(2)]
     assert [r["pushes"] for r in results] == [1, 2]
     assert not (tmp_path / "outputs").exists()
+
+
+def test_a_program_may_compose_further_configurations(small, run_script):
+    told = SCRIPT.replace("    if options", "    compose(['estimator=mean'])\n    if options")
+    small.write_text(told.replace("\n\n\n@dataclass", COMPOSE))
+    assert run_script(small)[0] == 0
 
 
 def test_help_tells_what_the_script_does(small, run_script, capsys):
