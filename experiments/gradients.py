@@ -334,7 +334,7 @@ def summary(rows: list[dict]) -> dict[str, float]:
 
 
 def document(rows: list[dict], headline: dict) -> str:
-    """docs/gradients.md."""
+    """The text of gradients.md."""
     ratio = [
         f"{r['regime']} {r['contact'][0]:.2f}, {r['contact'][1]:.2f}"
         for r in rows

@@ -1,7 +1,7 @@
 """Runs a script of `experiments/` as a Hydra program: its options, its run folder, its result.
 
 In: the command line. Out: what `main` takes, and what it returns, as `result.json` in the run
-folder and as the last line of the output. No `DictConfig` passes beyond this module.
+folder and as the last line of the output. Scripts never see a `DictConfig`.
 """
 
 import contextlib
@@ -12,6 +12,7 @@ import math
 import os
 import platform
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import NoneType, UnionType
@@ -97,7 +98,11 @@ def _register(name: str, kinds: tuple[type, ...], prefix: str, document: str) ->
                 "run": {"dir": f"outputs/experiments/{name}"},
                 "sweep": {"dir": f"multirun/{name}/${{now:%Y-%m-%d_%H-%M-%S}}"},
                 # JAX and MJX say at INFO which devices they looked for
-                "job_logging": {"root": {"level": "WARNING"}},
+                "job_logging": {
+                    "root": {"level": "WARNING"},
+                    # the last line of the output is the result
+                    "handlers": {"console": {"stream": "ext://sys.stderr"}},
+                },
                 "help": {"header": document.strip(), "template": HELP},
             },
         },
@@ -124,11 +129,17 @@ def _run(name: str, main: Callable[..., Result], kinds: tuple[type, ...], prefix
         folder = Path(HydraConfig.get().runtime.output_dir)
         try:
             records = _records(config, kinds, prefix)
+        except ValueError as error:
+            if full_error:
+                raise
+            raise SystemExit(f"error: {error}") from None
+        try:
             result = main(*records, folder)
         except (ValueError, RuntimeError, FileNotFoundError) as error:
             if full_error:
                 raise
-            raise SystemExit(f"error: {error}") from None
+            (folder / "error.txt").write_text(traceback.format_exc())
+            raise SystemExit(f"error: {error} (where: {folder / 'error.txt'})") from None
         publish(folder, result)
 
     # Hydra then raises its errors instead of printing them over several lines.

@@ -33,11 +33,15 @@ def check_writable(path: Path) -> None:
     Raises:
       OSError: it is a folder, or there is no folder to write it into.
     """
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
+    if path.is_dir():
+        raise OSError(f"{path}: is a folder; the file cannot be written")
+    if not path.parent.is_dir():
         raise OSError(
             f"{path}: expected a folder to write into, found none at {path.parent}: the file "
             "cannot be written"
         )
+    if not os.access(path.parent, os.W_OK):
+        raise OSError(f"{path}: {path.parent} is read-only; the file cannot be written")
 
 
 def write_whole(path: Path, content: bytes | str) -> None:

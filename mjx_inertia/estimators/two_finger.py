@@ -38,24 +38,16 @@ class TwoFingerLeastSquares:
 
 @dataclass(frozen=True)
 class TwoFingerEstimate:
-    """What the pushes tell, with standard deviations from the residuals of each step.
+    """What the pushes tell, with standard deviations from the residuals of each step."""
 
-    Attributes:
-      mass, mass_std: kg.
-      friction: μ between object and table.
-      com, com_std: in the object frame, m.
-      inertia, inertia_std: I_zz about the CoM, kg m².
-      friction_moment: N m.
-    """
-
-    mass: float
-    mass_std: float
-    friction: float
-    com: Float[np.ndarray, "2"]
-    com_std: Float[np.ndarray, "2"]
-    inertia: float
-    inertia_std: float
-    friction_moment: float
+    mass: float  # kg
+    mass_std: float  # kg
+    friction: float  # μ between object and table
+    com: Float[np.ndarray, "2"]  # in the object frame, m
+    com_std: Float[np.ndarray, "2"]  # m
+    inertia: float  # I_zz about the CoM, kg m²
+    inertia_std: float  # kg m²
+    friction_moment: float  # N m
 
 
 def estimate_two_finger(

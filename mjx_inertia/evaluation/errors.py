@@ -68,8 +68,8 @@ class TargetErrors:
     # not failed, but without a meaningful percentage: the truth is unknown or, for a CoM component,
     # smaller than 1 mm
     left_out: Bool[np.ndarray, " n"]
-    signed_percent: Float[np.ndarray, " n"]  # Eq. 3.12; NaN where failed or left out.
-    relative_percent: Float[np.ndarray, " n"]  # Eq. 3.5; NaN where failed or left out.
+    signed_percent: Float[np.ndarray, " n"]  # Eq. 3.12; NaN where failed or left out
+    relative_percent: Float[np.ndarray, " n"]  # Eq. 3.5; NaN where failed or left out
     # error of a CoM component in mm, NaN where failed; None for mass and inertia
     signed_mm: Float[np.ndarray, " n"] | None
 

@@ -24,13 +24,14 @@ from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower
 class AlongPath:
     """Signals at k waypoints from which the metrics are taken.
 
-    Where the hand turns on the spot the last two have no direction and are zero.
+    Where the hand turns on the spot, `effective_mass` and `manipulability` have no direction: they
+    are zero.
     """
 
     torque: Float[Array, "k n"]  # of the joints, N m (N where prismatic)
     effective_mass: Float[Array, " k"]  # of the arm with its payload along the hand's path, kg
     # a² of thesis Eq. 6.3 for the translation: square of the hand's speed in the direction of its
-    # path for joint speeds of norm one, m².
+    # path for joint speeds of norm one, m²
     manipulability: Float[Array, " k"]
 
 

@@ -31,30 +31,20 @@ _COLORS = np.array([[0.20, 0.40, 0.70], [0.87, 0.55, 0.20], [0.25, 0.55, 0.30], 
 
 @dataclasses.dataclass(frozen=True)
 class RandomShapes:
-    """Intervals to draw from, evenly unless said.
+    """Intervals to draw from, evenly unless said."""
 
-    Attributes:
-      kinds: of outlines, names in `OUTLINES`, each as likely as the others.
-      length: longer edge of the outline's box, m.
-      aspect: shorter edge over longer edge.
-      height: m.
-      mass: kg, evenly in the logarithm.
-      two_materials: share of the objects that are made of two.
-      density_ratio: between the two, evenly in the logarithm.
-      friction: between object and table.
-    """
-
+    # of outlines, names in `OUTLINES`, each as likely as the others
     kinds: tuple[str, ...] = (
         "rectangle", "rounded", "ellipse", "polygon", "star", "l", "t", "cross", "trapezium",
         "half_disc", "frame", "ring",
     )  # fmt: skip
-    length: Interval = (0.1, 0.3)
-    aspect: Interval = (0.35, 1.0)
-    height: Interval = (0.02, 0.15)
-    mass: Interval = (0.1, 5.0)
-    two_materials: float = 0.5
-    density_ratio: Interval = (1.5, 5.0)
-    friction: Interval = (0.2, 0.6)
+    length: Interval = (0.1, 0.3)  # longer edge of the outline's box, m
+    aspect: Interval = (0.35, 1.0)  # shorter edge over longer edge
+    height: Interval = (0.02, 0.15)  # m
+    mass: Interval = (0.1, 5.0)  # kg, evenly in the logarithm
+    two_materials: float = 0.5  # share of the objects that are made of two
+    density_ratio: Interval = (1.5, 5.0)  # between the two, evenly in the logarithm
+    friction: Interval = (0.2, 0.6)  # between object and table
 
     def __post_init__(self) -> None:
         """Refuses kinds and intervals that nothing can be drawn from."""

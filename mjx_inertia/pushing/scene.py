@@ -42,16 +42,16 @@ class Scene:
     settings: SceneSettings  # how it was built
     model: mujoco.MjModel  # the MuJoCo model (the oracle's)
     mjx_model: mjx.Model  # the same on the device
-    data: mjx.Data  # blank MJX data of the model. body, tip_body: body ids.
-    body: int
-    tip_body: int
+    data: mjx.Data  # blank MJX data of the model
+    body: int  # body id of the object
+    tip_body: int  # body id of the tip
     hull: np.ndarray  # geoms of the object that the tip meets
     feet: np.ndarray  # geoms under the object that carry it (none in `corners`)
     # (n, 2), where each foot stands as a fraction of the half extents from the centre of the
-    # footprint (`pads`), else zeros. tip_pairs, floor_pairs: contact pair ids.
+    # footprint (`pads`), else zeros
     feet_fraction: np.ndarray
-    tip_pairs: np.ndarray
-    floor_pairs: np.ndarray
+    tip_pairs: np.ndarray  # ids of the contact pairs of the tip and the object
+    floor_pairs: np.ndarray  # ids of the contact pairs of the object and the table
     planar: bool  # the object moves in the plane of the table (and up and down), else freely
     # what the tip meets of an object that is no box, seen from above (`planar` only)
     polygons: np.ndarray | None

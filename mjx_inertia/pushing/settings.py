@@ -42,7 +42,7 @@ class SceneSettings:
 
     # `limit_surface` (one contact under the CoM, whose torsional friction makes the ellipsoidal
     # limit surface of thesis Eq. 3.7), `corners` (MuJoCo's own contacts of the base with a plane,
-    # full 3-D motion) or `pads` (a grid of equally loaded feet: uniform pressure).
+    # full 3-D motion) or `pads` (a grid of equally loaded feet: uniform pressure)
     table: Table = "limit_surface"
     rate: float = 100.0  # samples a second, Hz
     # of the simulation, s; the step used is the longest that divides a sample

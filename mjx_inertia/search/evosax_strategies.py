@@ -41,7 +41,7 @@ _NOT_ALLOWED, _FAILED, _UNKNOWN = 2.0, 4.0, 5.0
 class StrategySettings:
     """How strategies search."""
 
-    # of the algorithm in `evosax`: "CMA_ES", "DifferentialEvolution", "Sep_CMA_ES",
+    # of any algorithm in `evosax`, such as "CMA_ES", "DifferentialEvolution" or "Sep_CMA_ES"
     name: str = "CMA_ES"
     weights: int = 20  # directions, at most; the largest lattice that fits
     population: int = 12  # of each direction's strategy

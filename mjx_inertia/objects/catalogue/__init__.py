@@ -1,1 +1,1 @@
-"""The catalogue: 57 objects in five categories, each made on demand from its parameters."""
+"""The catalogue: 70 objects in five categories, each made on demand from its parameters."""
