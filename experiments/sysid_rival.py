@@ -52,6 +52,9 @@ from mjx_inertia.pushing import (
     simulate,
 )
 
+if not hasattr(sysid, "ParameterDict"):  # without its dependencies MuJoCo leaves the module empty
+    raise ModuleNotFoundError("mujoco.sysid: pip install -e '.[rival]'", name="mujoco[sysid]")
+
 SPREAD = 0.05  # of the noise: three standard deviations over the value
 NOISE = SensorNoise(SPREAD, 1.0)
 FLOOR = np.array([0.02, 0.02, 2e-4, 2e-4, 2e-4, 2e-3])  # f_x, f_y N, m N m, v_x, v_y m/s, ω rad/s

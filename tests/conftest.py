@@ -1,5 +1,6 @@
 """Shapes are checked at run time in tests only; programs compile quickly and are kept on disk."""
 
+import ctypes
 import gc
 import os
 import resource
@@ -64,6 +65,8 @@ def programs_of_one_file():
     if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > ENOUGH_MEMORY:
         jax.clear_caches()
         gc.collect()
+        if sys.platform == "linux":
+            ctypes.CDLL(None).malloc_trim(0)  # glibc keeps what is freed, else
 
 
 @pytest.fixture
