@@ -23,7 +23,6 @@ from mjx_inertia.robots.recursions import Row, hand_frame, jacobian_columns, lin
 from mjx_inertia.spatial import Pose
 from mjx_inertia.spatial.components import (
     Component,
-    Vec3,
     components,
     dot,
     multiply,
@@ -31,6 +30,7 @@ from mjx_inertia.spatial.components import (
     scale,
     stacked,
     subtract,
+    times,
     transpose,
     turn_axis,
 )
@@ -142,7 +142,8 @@ def _search(
         return once(tuple(jnp.clip(x, *end) for x, end in zip(moved, ends, strict=True))), None
 
     found, _ = jax.lax.scan(iteration, unstack(q), shares.astype(q.dtype))
-    size = sum(e * e for e in _scaled(pose_error(wanted, _hand(arm, found)[0])))
+    error = _scaled(pose_error(wanted, _hand(arm, found)[0]))
+    size = inner(error, error)
     q = stacked(found, q.dtype)
     margin = jnp.min(1.0 - jnp.abs(q - middle.astype(q.dtype)) / half.astype(q.dtype))
     return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
@@ -238,12 +239,7 @@ def _hand(arm: Arm, q: Row) -> tuple[Frame, Rows]:
 
 def _scaled(twist: Row) -> Row:
     """Translations over 0.1 m."""
-    return once((*scale(1.0 / _LENGTH, _vector(twist[:3])), *twist[3:]))
-
-
-def _vector(row: Row) -> Vec3:
-    x, y, z = row
-    return x, y, z
+    return once((*(times(1.0 / _LENGTH, x) for x in twist[:3]), *twist[3:]))
 
 
 def _along(q: Row, length: Component, direction: Row) -> Row:

@@ -51,9 +51,8 @@ def hand_path(
     path: ObjectPath, T_obj_hand: Pose, move: Int[Array, ""], s: Float[Array, ""]
 ) -> tuple[Pose, Float[Array, "6"], Float[Array, "6"]]:
     """T_world_hand on an object's path, its twist per unit of s and the derivative of that."""
-    place, xi, bend = moving_frame_twist(
-        lambda s: object_pose_at(path, move, s), s
-    )  # alike for all grasps
+    # the motion of the object is the same for all grasps; the hand's follows by its lever
+    place, xi, bend = moving_frame_twist(lambda s: object_pose_at(path, move, s), s)
     spin, turn = xi[3:], bend[3:]
     lever = (place.rotation * T_obj_hand.translation).sum(-1)
     about = jnp.cross(spin, lever)
