@@ -91,6 +91,7 @@ def test_every_script_has_a_configuration():
     assert set(SCRIPTS) == {path.stem for path in (CONFIGS / "experiment").glob("*.yaml")}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", sorted(SCRIPTS))
 def test_configuration_of_every_script(name, run_script, capsys):
     code, namespace = run_script(SCRIPTS[name], "--cfg", "job")
@@ -147,6 +148,7 @@ def test_a_program_may_compose_further_configurations(small, run_script):
     assert run_script(small)[0] == 0
 
 
+@pytest.mark.long
 def test_help_tells_what_the_script_does(small, run_script, capsys):
     assert run_script(small, "--help")[0] == 0
     text = capsys.readouterr().out

@@ -70,6 +70,7 @@ assert len(jax.devices()) == int(sys.argv[1])
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("devices", ["1", "2"])
 def test_programs_that_call_lapack_end(devices):
     run = subprocess.run([sys.executable, "-c", ON_EVERY_DEVICE, devices], timeout=200, check=False)

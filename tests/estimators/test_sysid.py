@@ -32,6 +32,7 @@ from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushStatus, build_scene, simulate
 
 DURATION, SPEED = 0.6, 0.06  # s, m/s
+pytestmark = pytest.mark.long
 NOISE = SensorNoise(0.05, 1.0)
 SETTINGS = SysidSettings(
     block=4, draws=1, coarse=0.3, start_features=None, progress=False, identifiable=0.035

@@ -19,6 +19,7 @@ from mjx_inertia.evaluation import (
 from mjx_inertia.evaluation.report_tables import headline_groups
 from mjx_inertia.evaluation.tables import format_number
 
+pytestmark = pytest.mark.long
 SPLITS = (
     SplitText("thesis", "on new pushes of known cubes", "Training and test share cubes."),
     SplitText("grouped", "on cubes never seen in training", "Whole cubes are held out."),

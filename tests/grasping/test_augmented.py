@@ -28,6 +28,7 @@ from mjx_inertia.robots import (
 )
 from mjx_inertia.spatial import InertialParameters, combine
 
+pytestmark = pytest.mark.long
 COUNT = 300
 ARM = baxter()
 

@@ -107,6 +107,7 @@ def test_errors_are_one_clear_line(tmp_path):
     assert "dataset.root is not set" in run.stderr and "Traceback" not in run.stderr
 
 
+@pytest.mark.long
 def test_every_config_composes():
     for dataset in ("quick", "full", "cubes30", "mdataset"):
         for estimator in ("all", "mean", "forest", "boosted"):

@@ -62,6 +62,7 @@ def test_generated_mjcf_is_the_arm(make):
     np.testing.assert_allclose(more["links"].rotation[0], frames, atol=1e-12)
 
 
+@pytest.mark.long
 def test_a_known_arm_is_folded_to_the_same_numbers():
     arm = baxter("left", "bare")
     q, qd, qdd = map(jnp.asarray, STATES)

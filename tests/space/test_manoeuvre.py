@@ -9,6 +9,7 @@ import pytest
 from mjx_inertia.space import CourseStatus, course
 from mjx_inertia.space.manoeuvre import RESOLVED
 
+pytestmark = pytest.mark.long
 KINDS = {"consistent": planned.consistent, "printed": planned.printed}
 
 
