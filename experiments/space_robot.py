@@ -308,11 +308,10 @@ def spatial_run(options: Options, folder: Path) -> dict[str, Any]:
     )
     best = aimed.front()[0][0]
     reached = np.asarray(jax.jit(posed.evaluate)(best).costs)
-    path_figure(m.robot, path(m, best, np.linspace(0.0, 1.0, 201))).savefig(
-        folder / "servicer_path.svg"
-    )
+    way = path(m, best, np.linspace(0.0, 1.0, 241))
+    path_figure(m.robot, way).savefig(folder / "servicer_path.svg")
     if options.gif:
-        save_animation(folder / "servicer.gif", m, best)
+        save_animation(folder / "servicer.gif", m, way[::4])
     apart = disagreement(replay(m, best))
     shares = {
         "chosen": (reached / straight).tolist(),
@@ -340,10 +339,10 @@ def main(options: Options, folder: Path) -> dict[str, Any]:
         runs = found["optimisers"].items()
         figures["hypervolume"] = {name: run["hypervolume"] for name, run in runs}
         figures["consistent"] = found
-        way = path(m, jnp.asarray(best), np.linspace(0.0, 1.0, 201))
+        way = path(m, jnp.asarray(best), np.linspace(0.0, 1.0, 241))
         path_figure(m.robot, way).savefig(folder / "path.svg")
         if options.gif:
-            save_animation(folder / "manoeuvre.gif", m, jnp.asarray(best))
+            save_animation(folder / "manoeuvre.gif", m, way[::4])
     if "replay" in options.parts:
         figures["replay"] = replays(m, best)
     if "servicer" in options.parts:

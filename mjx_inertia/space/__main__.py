@@ -52,8 +52,12 @@ def _run(given: argparse.Namespace) -> None:
     arrive = given.motion == "consistent" and not given.no_arrive
     start = time.perf_counter()
     posed = problem(m, given.objectives, arrive=arrive)
-    evaluate, key = jax.jit(posed.evaluate), jax.random.key(given.seed)
-    straight = np.asarray(evaluate(jnp.zeros(m.size)).costs)
+    key, count = jax.random.key(given.seed), len(given.objectives)
+    # what is searched and what is shown beside it, as one program
+    shown = [*given.objectives, *(name for name in THESIS if name not in given.objectives)]
+    measured = jax.jit(problem(m, shown, arrive=arrive).evaluate)
+    before = np.asarray(measured(jnp.zeros(m.size)).costs)
+    straight = before[:count]
     result = _searched(posed, given.generations, key)
     decisions, costs = result.front()
     wish = np.where(straight > 0.0, straight, 1.0)
@@ -66,9 +70,9 @@ def _run(given: argparse.Namespace) -> None:
             "the way within the joints' limits; give more --generations, another --target or "
             "--motion independent"
         )
-    best, share = candidates[0], shares[0]
-    every = jax.jit(jax.vmap(problem(m, THESIS, arrive=arrive).evaluate))
-    nine = np.asarray(every(jnp.asarray([np.zeros(m.size), best])).costs)
+    decision, share = jnp.asarray(candidates[0]), shares[0]
+    after = np.asarray(measured(decision).costs)
+    nine = [shown.index(name) for name in THESIS]
     print(
         f"{m.robot.name}, {given.motion} joints, momentum of the {given.momentum}, link inertia "
         f"{given.link_inertia}, {'arriving at the target' if arrive else 'end for no turn'}: "
@@ -76,12 +80,10 @@ def _run(given: argparse.Namespace) -> None:
         f"{', '.join(given.objectives)}; chosen for the least of its worst share of the straight "
         f"quintic, {share[0]:.3f}:"
     )
-    print(_table(*nine))
+    print(_table(before[nine], after[nine]))
     folder.mkdir(parents=True, exist_ok=True)
-    decision = jnp.asarray(best)
     _draw(folder, with_object_at_target(m, decision) if arrive else m, decision)
-    reached = np.asarray(evaluate(decision).costs)
-    rows = np.concatenate([decisions, best[None]]), np.concatenate([costs, reached[None]])
+    rows = np.vstack([decisions, candidates[:1]]), np.vstack([costs, after[:count]])
     _write(folder, posed, rows, straight)
     print(f"figures: {folder}")
 
@@ -114,9 +116,9 @@ def _table(straight: Float[ndarray, "9"], best: Float[ndarray, "9"]) -> str:
 
 
 def _draw(folder: Path, m: Manoeuvre, decision: Float[Array, " c"]) -> None:
-    course = path(m, decision, np.linspace(0.0, 1.0, 201))
-    path_figure(m.robot, course).savefig(folder / "path.svg")
-    save_animation(folder / "manoeuvre.gif", m, decision)
+    drawn = path(m, decision, np.linspace(0.0, 1.0, 241))
+    path_figure(m.robot, drawn).savefig(folder / "path.svg")
+    save_animation(folder / "manoeuvre.gif", m, drawn[::4])
 
 
 def _write(

@@ -1,6 +1,6 @@
 """A manoeuvre as a film: base, links, object, where the object shall be, the way of the base.
 
-In: a manoeuvre and a decision. Out: a GIF. A planar robot is drawn from above, others in three
+In: a manoeuvre and its path. Out: a GIF. A planar robot is drawn from above, others in three
 dimensions.
 """
 
@@ -18,10 +18,10 @@ from numpy import ndarray
 
 from mjx_inertia.robots.chain import joints_at, unstack
 from mjx_inertia.space.manoeuvre import Manoeuvre
-from mjx_inertia.space.manoeuvre_path import Path, path
+from mjx_inertia.space.manoeuvre_path import Path
 from mjx_inertia.space.robot import BASE, SpaceRobot, pose_at_index
 from mjx_inertia.space.tree_recursions import frames, hand_frames
-from mjx_inertia.spatial import AnyArray, Pose
+from mjx_inertia.spatial import Pose
 from mjx_inertia.spatial.components import stacked
 
 _BASE, _LINK, _OBJECT, _TARGET, _WAY = "0.35", "tab:red", "tab:blue", "0.6", "tab:orange"
@@ -30,30 +30,24 @@ Line = tuple[Float[ndarray, "_ 3"], dict[str, object]]
 
 
 def save_animation(
-    file: str | FilePath,
-    manoeuvre: Manoeuvre,
-    coefficients: Float[AnyArray, " c"],
-    pictures: int = 60,
-    per_second: int = 15,
+    file: str | FilePath, manoeuvre: Manoeuvre, drawn: Path, per_second: int = 15
 ) -> None:
-    """Writes a GIF.
+    """Writes a GIF with one picture for each time of a path.
 
     Args:
       file: to write.
       manoeuvre: what is to be done.
-      coefficients: of a decision.
-      pictures: evenly over the duration.
-      per_second: how fast they follow one another.
+      drawn: how a decision does it, at times evenly over the duration (`path`).
+      per_second: how fast pictures follow one another.
 
     Raises:
-      ValueError: a file of another kind, or fewer than two pictures.
+      ValueError: a file of another kind, or fewer than two times.
     """
     file = FilePath(file)
     if file.suffix.lower() != ".gif":
         raise ValueError(f"`file` is {file}: expected a name that ends in .gif")
-    if pictures < 2:
-        raise ValueError(f"`pictures` is {pictures}: expected 2 or more")
-    drawn = path(manoeuvre, coefficients, np.linspace(0.0, 1.0, pictures), total=False)
+    if len(drawn.time) < 2:
+        raise ValueError(f"`drawn` has {len(drawn.time)} times: expected 2 or more")
     films = _films(manoeuvre, drawn)
     figure = Figure(figsize=(6.0, 6.0), layout="constrained")
     FigureCanvasAgg(figure)

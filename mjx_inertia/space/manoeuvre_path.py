@@ -35,6 +35,10 @@ class Path:
     T_world_base: Pose  # the base
     T_world_obj: Pose  # the object
 
+    def __getitem__(self, times: slice) -> "Path":
+        """The manoeuvre at some of its times."""
+        return jax.tree.map(lambda x: x[times], self)
+
 
 def path(
     manoeuvre: Manoeuvre,

@@ -185,6 +185,7 @@ def problem(
     ways = jnp.asarray(self_motions(manoeuvre) if swing else np.zeros((manoeuvre.robot.dof, 0)))
     size = manoeuvre.size
 
+    @jax.jit  # traced once for all searches and calls
     def evaluate(decision: Float[Array, " d"]) -> Evaluation:
         m, coefficients = manoeuvre, decision[:size]
         if ways.size:

@@ -88,10 +88,13 @@ def test_what_cannot_be_replayed_is_refused():
 def test_the_animation_has_its_pictures(tmp_path):
     file = tmp_path / "planar.gif"
     m = consistent()
-    save_animation(file, m, np.zeros(m.size), pictures=5)
+    drawn = path(m, np.zeros(m.size), np.linspace(0.0, 1.0, 5), total=False)
+    save_animation(file, m, drawn)
     with Image.open(file) as film:
         assert film.n_frames == 5
         shown = [np.asarray(film.convert("RGB")) for k in range(5) if film.seek(k) is None]
     assert all((a != b).any() for a, b in itertools.pairwise(shown))
     with pytest.raises(ValueError, match=r"ends in \.gif"):
-        save_animation(tmp_path / "planar.mp4", m, np.zeros(m.size))
+        save_animation(tmp_path / "planar.mp4", m, drawn)
+    with pytest.raises(ValueError, match="`drawn` has 1 times"):
+        save_animation(file, m, drawn[:1])
