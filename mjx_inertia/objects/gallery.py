@@ -8,6 +8,7 @@ those of the uniform ellipsoid with the same mass and tensor.
 import base64
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from matplotlib.image import imsave
 from matplotlib.patheffects import Normal, Stroke
 from tqdm import tqdm
 
+from mjx_inertia import runtime
 from mjx_inertia.files import check_writable, write_whole
 from mjx_inertia.objects.listing import ObjectSummary, summarize_object
 from mjx_inertia.objects.model import ObjectModel
@@ -77,8 +79,12 @@ def sheet(objects: Mapping[str, ObjectModel], *, columns: int = 8) -> Figure:
 def _shown(
     objects: Mapping[str, ObjectModel], progress: bool
 ) -> list[tuple[ObjectSummary, Picture]]:
-    bar = tqdm(objects.values(), disable=not progress, unit="object")
-    return [(summarize_object(obj), portrait(obj)) for obj in bar]
+    def shown(obj: ObjectModel) -> tuple[ObjectSummary, Picture]:
+        return summarize_object(obj), portrait(obj)
+
+    with ThreadPoolExecutor(runtime.cores()) as pool:  # NumPy lets other threads run
+        found = pool.map(shown, objects.values())
+        return list(tqdm(found, total=len(objects), disable=not progress, unit="object"))
 
 
 def portrait(obj: ObjectModel, size: int = _CELL) -> Picture:

@@ -134,55 +134,67 @@ def _nearest(
     screen: Float[ndarray, "f 3 3"], pixels: int
 ) -> tuple[Int[ndarray, " p"], Float[ndarray, "p 3"]]:
     """The triangle nearest to the viewer at each pixel, -1 for none, and its corners' weights."""
-    low = np.clip(np.ceil(screen[..., :2].min(axis=1) - 0.5), 0, pixels).astype(int)
-    high = np.clip(np.ceil(screen[..., :2].max(axis=1) - 0.5), 0, pixels).astype(int)
-    size = np.maximum(high - low, 0)
-    boxes = size[:, 0] * size[:, 1]
+    edges = _edge_functions(screen)
+    owner, row, first, count = _spans(screen, edges, pixels)
     depth = np.full(pixels * pixels, -np.inf)
     face = np.full(pixels * pixels, -1)
     weights = np.zeros((pixels * pixels, 3))
-    ends = np.cumsum(boxes)
-    splits = np.searchsorted(ends, np.arange(_CHUNK, ends[-1] + _CHUNK, _CHUNK)) + 1
-    for block in np.split(np.arange(len(boxes)), splits):
-        owner = np.repeat(block, boxes[block])
-        if len(owner) == 0:
-            continue
-        nth = np.arange(len(owner)) - np.repeat(
-            np.cumsum(boxes[block]) - boxes[block], boxes[block]
-        )
-        column = low[owner, 0] + nth % size[owner, 0]
-        row = low[owner, 1] + nth // size[owner, 0]
-        share = _barycentric(screen, owner, column + 0.5, row + 0.5)
-        inside = np.all(share >= -1e-9, axis=1)
-        owner, share = owner[inside], share[inside]
-        pixel = row[inside] * pixels + column[inside]
-        near = np.sum(share * screen[owner, :, 2], axis=1)
+    chunk = np.cumsum(count) // _CHUNK
+    for spans in np.split(np.arange(len(count)), np.flatnonzero(np.diff(chunk)) + 1):
+        each = count[spans]
+        total = int(each.sum())
+        nth = np.arange(total) - np.repeat(np.cumsum(each) - each, each)
+        column = np.repeat(first[spans], each) + nth
+        # barycentric weights of the pixels' middles
+        offset = edges[1, :, owner[spans]] * (row[spans, None] + 0.5) + edges[2, :, owner[spans]]
+        slope = np.repeat(edges[0, :, owner[spans]], each, axis=0)
+        share = slope * (column[:, None] + 0.5) + np.repeat(offset, each, axis=0)
+        nearness = np.repeat(screen[owner[spans], :, 2], each, axis=0)
+        near = np.einsum("pk,pk->p", share, nearness)
+        pixel = np.repeat(row[spans] * pixels, each) + column
         # the last of those sorted by depth is written last and stays
-        order = np.argsort(near, kind="stable")
-        order = order[near[order] > depth[pixel[order]]]
+        order = np.flatnonzero(near > depth[pixel])
+        order = order[np.argsort(near[order], kind="stable")]
         depth[pixel[order]] = near[order]
-        face[pixel[order]] = owner[order]
+        face[pixel[order]] = np.repeat(owner[spans], each)[order]
         weights[pixel[order]] = share[order]
     return face, weights
 
 
-def _barycentric(
-    screen: Float[ndarray, "f 3 3"],
-    owner: Int[ndarray, " n"],
-    column: Float[ndarray, " n"],
-    row: Float[ndarray, " n"],
-) -> Float[ndarray, "n 3"]:
-    """Weights of a triangle's corners at a point; negative outside, -1 if it is edge-on."""
-    a, b, c = (screen[owner, k, :2] for k in range(3))
-    point = np.stack([column, row], axis=-1)
+def _spans(
+    screen: Float[ndarray, "f 3 3"], edges: Float[ndarray, "3 3 f"], pixels: int
+) -> tuple[Int[ndarray, " s"], Int[ndarray, " s"], Int[ndarray, " s"], Int[ndarray, " s"]]:
+    """Rows of pixels within triangles: triangle, row, first column and how many columns."""
+    low = np.clip(np.ceil(screen[..., :2].min(axis=1) - 0.5), 0, pixels).astype(int)
+    high = np.clip(np.ceil(screen[..., :2].max(axis=1) - 0.5), 0, pixels).astype(int)
+    rows = np.maximum(high - low, 0)[:, 1]
+    owner = np.repeat(np.arange(len(rows)), rows)
+    row = np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows, rows) + low[owner, 1]
+    first, end = low[owner, 0], high[owner, 0]
+    for slope_x, slope_y, offset in edges[:, :, owner].swapaxes(0, 1):
+        # weight ≥ 0, but for rounding, on one side of this column
+        value = slope_y * (row + 0.5) + offset + 1e-9
+        column = -value / np.where(slope_x == 0.0, 1.0, slope_x) - 0.5
+        column = np.clip(column, -1.0, pixels + 1.0)
+        first = np.where(slope_x > 0.0, np.maximum(first, np.ceil(column).astype(int)), first)
+        end = np.where(slope_x < 0.0, np.minimum(end, np.floor(column).astype(int) + 1), end)
+        end = np.where((slope_x == 0.0) & (value < 0.0), first, end)
+    some = end > first
+    return owner[some], row[some], first[some], (end - first)[some]
 
-    def twice_area(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
-        return (q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0])
 
-    whole = twice_area(a, b, c)
-    thin = np.abs(whole) < 1e-9
-    parts = np.stack([twice_area(point, b, c), twice_area(a, point, c), twice_area(a, b, point)])
-    return np.where(thin, -1.0, parts / np.where(thin, 1.0, whole)).T
+def _edge_functions(screen: Float[ndarray, "f 3 3"]) -> Float[ndarray, "3 3 f"]:
+    """Barycentric weights of a point as slope in column, slope in row, offset, for each corner.
+
+    All are -1 for a triangle that is seen edge-on.
+    """
+    x, y = screen[..., 0].T, screen[..., 1].T
+    x1, y1, x2, y2 = (np.roll(c, -k, axis=0) for k in (1, 2) for c in (x, y))
+    edges = np.stack([y1 - y2, x2 - x1, x1 * y2 - x2 * y1])
+    twice_area = edges[2].sum(axis=0)
+    thin = np.abs(twice_area) < 1e-9
+    edges = edges / np.where(thin, 1.0, twice_area)
+    return np.where(thin, np.array([0.0, 0.0, -1.0])[:, None, None], edges)
 
 
 def _shaded(normal: Float[ndarray, "p 3"], color: Float[ndarray, "p 3"]) -> Float[ndarray, "p 3"]:
