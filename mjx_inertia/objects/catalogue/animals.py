@@ -1,6 +1,6 @@
 """Animal figures: rubber duck, dog, elephant, teddy bear.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises. All look along +x.
+In: sizes (m) and densities (kg/m³). Out: parts at rest that look along +x.
 """
 
 import numpy as np
@@ -23,15 +23,11 @@ _FIGURE = "solid PVC, 1300 kg/m³, as small animal figures are"
 
 @catalogue_object("Toys", "soft PVC, 1200 kg/m³, walls of 2 mm, hollow", friction=VINYL.friction)
 def duck(
-    length: float = 0.1, wall: float = 0.002, density: float = VINYL.density
+    length: float = 0.1,  # from beak to tail; the figure scales with it
+    wall: float = 0.002,
+    density: float = VINYL.density,
 ) -> tuple[Part, ...]:
-    """A bath duck, hollow, on its flattened belly.
-
-    Args:
-      length: from beak to tail, m; the figure scales with it.
-      wall: m.
-      density: kg/m³.
-    """
+    """A bath duck, hollow, on its flattened belly."""
     scale = length / 0.1125
     thin = wall / scale
     feathers = _duck_body(0.0) - _duck_body(thin).trim_by_plane((0.0, 0.0, 1.0), thin)
@@ -70,13 +66,11 @@ def _duck_body(inset: float) -> Manifold:
 
 
 @catalogue_object("Toys", _FIGURE, friction=PVC.friction)
-def dog(length: float = 0.13, density: float = PVC.density) -> tuple[Part, ...]:
-    """A standing dog with a collar, solid.
-
-    Args:
-      length: from nose to tail, m; the figure scales with it.
-      density: kg/m³.
-    """
+def dog(
+    length: float = 0.13,  # from nose to tail; the figure scales with it
+    density: float = PVC.density,
+) -> tuple[Part, ...]:
+    """A standing dog with a collar, solid."""
     coat = limb(
         [(0.024, 0.0, 0.054), (-0.004, 0.0, 0.054), (-0.034, 0.0, 0.053)],
         [0.018, 0.0155, 0.0155],
@@ -119,13 +113,11 @@ def dog(length: float = 0.13, density: float = PVC.density) -> tuple[Part, ...]:
 
 
 @catalogue_object("Toys", _FIGURE, friction=PVC.friction)
-def elephant(length: float = 0.15, density: float = PVC.density) -> tuple[Part, ...]:
-    """A standing elephant with raised trunk and tusks, solid.
-
-    Args:
-      length: from trunk to tail, m; the figure scales with it.
-      density: kg/m³.
-    """
+def elephant(
+    length: float = 0.15,  # from trunk to tail; the figure scales with it
+    density: float = PVC.density,
+) -> tuple[Part, ...]:
+    """A standing elephant with raised trunk and tusks, solid."""
     hide = ellipsoid_manifold((-0.008, 0.0, 0.062), (0.047, 0.034, 0.034), 32)
     hide += ellipsoid_manifold((0.04, 0.0, 0.078), (0.024, 0.022, 0.025))
     way = [(0.056, 0.0, 0.074), (0.068, 0.0, 0.056), (0.078, 0.0, 0.046), (0.091, 0.0, 0.046)]
@@ -168,13 +160,11 @@ def elephant(length: float = 0.15, density: float = PVC.density) -> tuple[Part, 
 @catalogue_object(
     "Toys", "plush stuffed with polyester wadding, 90 kg/m³ in all", friction=PLUSH.friction
 )
-def teddy_bear(height: float = 0.25, density: float = PLUSH.density) -> tuple[Part, ...]:
-    """A sitting teddy bear with a bow tie, stuffed.
-
-    Args:
-      height: m; the figure scales with it.
-      density: kg/m³.
-    """
+def teddy_bear(
+    height: float = 0.25,  # the figure scales with it
+    density: float = PLUSH.density,
+) -> tuple[Part, ...]:
+    """A sitting teddy bear with a bow tie, stuffed."""
     fur = ellipsoid_manifold((0.0, 0.0, 0.075), (0.06, 0.066, 0.078), 32)
     fur += ellipsoid_manifold((0.012, 0.0, 0.182), (0.056, 0.062, 0.054), 32)
     pads, eyes = Manifold(), Manifold()

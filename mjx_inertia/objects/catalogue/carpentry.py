@@ -1,6 +1,6 @@
 """Tools of the carpenter: hammer, crowbar, wood saw, chisel.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
@@ -44,25 +44,15 @@ from mjx_inertia.objects.part import Part
     friction=RUBBER.friction,
 )
 def hammer(
-    length: float = 0.3115,
-    head_length: float = 0.124,
-    head_width: float = 0.028,
+    length: float = 0.3115,  # from the top of the head to the end of the grip
+    head_length: float = 0.124,  # from the face to the tip of the claw
+    head_width: float = 0.028,  # of cheek and claw
     shaft_diameter: float = 0.018,
     head_density: float = CAST_STEEL.density,
     shaft_density: float = ALUMINIUM.density,
     grip_density: float = RUBBER.density,
 ) -> tuple[Part, ...]:
-    """A claw hammer, lying on its side.
-
-    Args:
-      length: from the top of the head to the end of the grip, m.
-      head_length: from the face to the tip of the claw, m.
-      head_width: of cheek and claw, m.
-      shaft_diameter: m.
-      head_density: kg/m³.
-      shaft_density: kg/m³.
-      grip_density: kg/m³.
-    """
+    """A claw hammer, lying on its side."""
     size = head_length / 0.124
     back = spline([(0.016, 0.0125), (-0.014, 0.0135), (-0.038, 0.009), (-0.062, -0.021)], 20)
     front = spline([(-0.0600, -0.0225), (-0.046, -0.009), (-0.032, -0.003), (-0.014, -0.013)], 14)
@@ -97,15 +87,11 @@ def hammer(
     friction=STEEL.friction,
 )
 def crowbar(
-    length: float = 0.6, across_flats: float = 0.018, density: float = STEEL.density
+    length: float = 0.6,  # from the chisel's edge to the top of the goose neck
+    across_flats: float = 0.018,  # width of the bar
+    density: float = STEEL.density,
 ) -> tuple[Part, ...]:
-    """A hexagonal bar with a claw on a goose neck and a chisel at the other end, lying flat.
-
-    Args:
-      length: from the chisel's edge to the top of the goose neck, m.
-      across_flats: width of the bar, m.
-      density: kg/m³.
-    """
+    """A hexagonal bar with a claw on a goose neck and a chisel at the other end, lying flat."""
     bend = 2.2 * across_flats
     turn = np.radians(np.linspace(180.0, 20.0, 17))
     neck = np.stack([bend * (1.0 + np.cos(turn)), length - bend * (1.0 - np.sin(turn))], axis=1)
@@ -131,7 +117,8 @@ def crowbar(
     friction=WOOD.friction,
 )
 def wood_saw(
-    blade_length: float = 0.45,
+    blade_length: float = 0.45,  # from the heel to the toe
+    # at the heel; 0.4 of it at the toe. The handle's outline scales with it
     blade_height: float = 0.11,
     blade_thickness: float = 0.0009,
     tooth_pitch: float = 0.006,
@@ -139,17 +126,7 @@ def wood_saw(
     blade_density: float = STEEL.density,
     handle_density: float = WOOD.density,
 ) -> tuple[Part, ...]:
-    """A hand saw, lying on the side of its handle and the toe of its blade.
-
-    Args:
-      blade_length: from the heel to the toe, m.
-      blade_height: at the heel, m; 0.4 of it at the toe. The handle's outline scales with it.
-      blade_thickness: m.
-      tooth_pitch: m.
-      handle_thickness: m.
-      blade_density: kg/m³.
-      handle_density: kg/m³.
-    """
+    """A hand saw, lying on the side of its handle and the toe of its blade."""
     count = round(blade_length / tooth_pitch)
     along = np.linspace(0.0, blade_length, count, endpoint=False)
     teeth = np.column_stack([np.repeat(along, 2), np.tile([0.0, 0.8 * tooth_pitch], count)])
@@ -184,24 +161,14 @@ def wood_saw(
 )
 def chisel(
     blade_width: float = 0.025,
-    blade_length: float = 0.13,
+    blade_length: float = 0.13,  # from the edge to the ferrule
     blade_thickness: float = 0.004,
-    handle_length: float = 0.13,
-    handle_diameter: float = 0.032,
-    blade_density: float = STEEL.density,
+    handle_length: float = 0.13,  # with ferrule and striking ring
+    handle_diameter: float = 0.032,  # the largest
+    blade_density: float = STEEL.density,  # of the blade and the striking ring
     handle_density: float = WOOD.density,
 ) -> tuple[Part, ...]:
-    """A bevel-edge wood chisel with a turned handle, lying on its side.
-
-    Args:
-      blade_width: m.
-      blade_length: from the edge to the ferrule, m.
-      blade_thickness: m.
-      handle_length: with ferrule and striking ring, m.
-      handle_diameter: the largest, m.
-      blade_density: of the blade and the striking ring, kg/m³.
-      handle_density: kg/m³.
-    """
+    """A bevel-edge wood chisel with a turned handle, lying on its side."""
     half, wide = 0.5 * blade_thickness, 0.5 * blade_width
     lower = [(-wide, 0.0), (-wide, -half), (wide, -half), (wide, 0.0)]
     section = outline([*lower, (0.65 * wide, half), (-0.65 * wide, half)])

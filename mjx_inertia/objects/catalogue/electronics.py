@@ -1,6 +1,6 @@
 """Things with a battery: phone and remote control.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 from manifold3d import CrossSection, Manifold, OpType
@@ -28,23 +28,13 @@ _GREY = (0.65, 0.66, 0.68)
 def phone(
     height: float = 0.147,
     width: float = 0.0715,
-    thickness: float = 0.0078,
-    glass_thickness: float = 0.0008,
+    thickness: float = 0.0078,  # without the cameras
+    glass_thickness: float = 0.0008,  # of the screen and of the back
     frame_density: float = ALUMINIUM.density,
-    inside_density: float = 1900.0,
+    inside_density: float = 1900.0,  # mean of battery, boards and air
     glass_density: float = GLASS.density,
 ) -> tuple[Part, ...]:
-    """A smartphone, lying on its screen with the cameras up.
-
-    Args:
-      height: m.
-      width: m.
-      thickness: without the cameras, m.
-      glass_thickness: of the screen and of the back, m.
-      frame_density: kg/m³.
-      inside_density: mean of battery, boards and air, kg/m³.
-      glass_density: kg/m³.
-    """
+    """A smartphone, lying on its screen with the cameras up."""
     outer = rectangle(height, width, 0.13 * width)
     inner, pane = outer.offset(-0.0022), outer.offset(-0.0006)
     frame_height = thickness - 2.0 * glass_thickness
@@ -92,23 +82,13 @@ def _cameras(side: float) -> tuple[Manifold, Manifold, Manifold, Manifold]:
 def remote_control(
     length: float = 0.175,
     width: float = 0.046,
-    thickness: float = 0.02,
-    wall: float = 0.002,
+    thickness: float = 0.02,  # without the keys
+    wall: float = 0.002,  # of the case
     case_density: float = ABS.density,
     key_density: float = RUBBER.density,
-    cell_density: float = 2900.0,
+    cell_density: float = 2900.0,  # of an alkaline cell (11.5 g in 10.5 by 44.5 mm)
 ) -> tuple[Part, ...]:
-    """A television's remote control with its two AAA cells, keys up.
-
-    Args:
-      length: m.
-      width: m.
-      thickness: without the keys, m.
-      wall: of the case, m.
-      case_density: kg/m³.
-      key_density: kg/m³.
-      cell_density: of an alkaline cell, kg/m³ (11.5 g in 10.5 by 44.5 mm).
-    """
+    """A television's remote control with its two AAA cells, keys up."""
     area = rectangle(length, width, 0.3 * width)
     inside = plate(area.offset(-wall), thickness - 2.0 * wall)
     case = plate(area, thickness, 0.004) - inside.translate((0.0, 0.0, wall))

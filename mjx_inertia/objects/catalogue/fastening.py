@@ -1,6 +1,6 @@
 """Tools that turn or hold: wrenches, Allen key, screwdriver, pliers, C-clamp.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
@@ -46,23 +46,14 @@ from mjx_inertia.objects.part import Part
     friction=CAST_STEEL.friction,
 )
 def adjustable_wrench(
-    length: float = 0.3038,
-    opening: float = 0.014,
-    head_thickness: float = 0.0143,
+    length: float = 0.3038,  # overall; the outline scales with it
+    opening: float = 0.014,  # between the jaws
+    head_thickness: float = 0.0143,  # of body and jaws
     handle_thickness: float = 0.0078,
-    density: float = CAST_STEEL.density,
-    spindle_density: float = BRASS.density,
+    density: float = CAST_STEEL.density,  # of body and jaw
+    spindle_density: float = BRASS.density,  # of the thumbwheel
 ) -> tuple[Part, ...]:
-    """A wrench with a sliding lower jaw and a thumbwheel, lying flat.
-
-    Args:
-      length: overall, m; the outline scales with it.
-      opening: between the jaws, m.
-      head_thickness: of body and jaws, m.
-      handle_thickness: m.
-      density: of body and jaw, kg/m³.
-      spindle_density: of the thumbwheel, kg/m³.
-    """
+    """A wrench with a sliding lower jaw and a thumbwheel, lying flat."""
     size = length / 0.3023
     # in the frame of the mouth: it opens towards +x, the fixed jaw is above y = 0
     fixed = [(0.010, 0.0), (0.042, 0.0), (0.0435, 0.007), (0.034, 0.02), (0.012, 0.0265)]
@@ -114,19 +105,12 @@ def _handle(size: float, thickness: float) -> Manifold:
     friction=STEEL.friction,
 )
 def spanner(
-    size: float = 0.019,
-    length: float = 0.235,
-    thickness: float = 0.0075,
+    size: float = 0.019,  # across the flats of the nut
+    length: float = 0.235,  # overall
+    thickness: float = 0.0075,  # of the open end; 0.75 of it for the shaft, 1.4 of it for the ring
     density: float = STEEL.density,
 ) -> tuple[Part, ...]:
-    """A combination spanner: an open end, a ring with twelve points; lying flat.
-
-    Args:
-      size: across the flats of the nut, m.
-      length: overall, m.
-      thickness: of the open end, m; 0.75 of it for the shaft, 1.4 of it for the ring.
-      density: kg/m³.
-    """
+    """A combination spanner: an open end, a ring with twelve points; lying flat."""
     far = length - 1.9 * size
     jaw = CrossSection.circle(1.12 * size, 48).scale((1.0, 0.95))
     mouth = rectangle(2.4 * size, size, 0.3 * size).translate((0.95 * size, 0.0))
@@ -151,18 +135,11 @@ def spanner(
 )
 def allen_key(
     across_flats: float = 0.00953,
-    long_arm: float = 0.1826,
-    short_arm: float = 0.0492,
-    density: float = 7700.0,
+    long_arm: float = 0.1826,  # from the outside of the bend to the end
+    short_arm: float = 0.0492,  # likewise
+    density: float = 7700.0,  # of alloy steel
 ) -> tuple[Part, ...]:
-    """A hexagonal key, lying flat.
-
-    Args:
-      across_flats: m.
-      long_arm: from the outside of the bend to the end, m.
-      short_arm: likewise, m.
-      density: of alloy steel, kg/m³.
-    """
+    """A hexagonal key, lying flat."""
     half, bend = 0.5 * across_flats, 1.3 * across_flats
     corner = arc((half + bend, half + bend), bend, 180.0, 270.0, 12)
     path = np.vstack([[(half, long_arm)], corner, [(short_arm, half)]])
@@ -177,23 +154,14 @@ def allen_key(
     friction=PVC.friction,
 )
 def screwdriver(
-    length: float = 0.1948,
+    length: float = 0.1948,  # overall
     handle_length: float = 0.085,
-    handle_diameter: float = 0.0169,
+    handle_diameter: float = 0.0169,  # over the ribs
     blade_diameter: float = 0.004,
     handle_density: float = PVC.density,
     blade_density: float = STAINLESS.density,
 ) -> tuple[Part, ...]:
-    """A slotted screwdriver with a fluted handle, lying on it.
-
-    Args:
-      length: overall, m.
-      handle_length: m.
-      handle_diameter: over the ribs, m.
-      blade_diameter: m.
-      handle_density: kg/m³.
-      blade_density: kg/m³.
-    """
+    """A slotted screwdriver with a fluted handle, lying on it."""
     big, thin = 0.5 * handle_diameter, 0.5 * blade_diameter
     shape = [(0.0, 0.0), (0.62, 0.0), (0.86, 0.02), (0.98, 0.07), (1.0, 0.14), (1.0, 0.62)]
     shape += [(0.9, 0.70), (0.7, 0.76), (0.64, 0.82), (0.72, 0.90), (0.74, 0.95), (0.62, 1.0)]
@@ -223,23 +191,14 @@ def screwdriver(
     friction=VINYL.friction,
 )
 def pliers(
-    length: float = 0.2471,
-    thickness: float = 0.019,
-    arm_width: float = 0.0105,
-    grip_wall: float = 0.0022,
-    density: float = STAINLESS.density,
+    length: float = 0.2471,  # overall; the outline scales with it
+    thickness: float = 0.019,  # of jaws and joint
+    arm_width: float = 0.0105,  # of the bare arms, in the plane of the tool
+    grip_wall: float = 0.0022,  # of the dipped grips
+    density: float = STAINLESS.density,  # of the arms
     grip_density: float = VINYL.density,
 ) -> tuple[Part, ...]:
-    """Combination pliers, closed, with dipped grips; lying flat.
-
-    Args:
-      length: overall, m; the outline scales with it.
-      thickness: of jaws and joint, m.
-      arm_width: of the bare arms, in the plane of the tool, m.
-      grip_wall: of the dipped grips, m.
-      density: of the arms, kg/m³.
-      grip_density: kg/m³.
-    """
+    """Combination pliers, closed, with dipped grips; lying flat."""
     size = length / 0.2483
     joint = 0.0165 * size
     shape = [(-0.004, 0.0003), (0.07, 0.0003), (0.07, 0.005), (0.052, 0.0105), (0.03, 0.015)]
@@ -278,25 +237,15 @@ def pliers(
     friction=CAST_STEEL.friction,
 )
 def c_clamp(
-    height: float = 0.1576,
-    depth: float = 0.0785,
+    height: float = 0.1576,  # from the underside of the frame to the top of the screw
+    depth: float = 0.0785,  # from the back of the frame to the front of its arms
     frame_thickness: float = 0.0165,
-    screw_diameter: float = 0.012,
-    density: float = CAST_STEEL.density,
+    screw_diameter: float = 0.012,  # over the thread
+    density: float = CAST_STEEL.density,  # of the frame
     screw_density: float = STAINLESS.density,
-    bar_density: float = BRASS.density,
+    bar_density: float = BRASS.density,  # of the sliding bar
 ) -> tuple[Part, ...]:
-    """A C-clamp with a threaded screw, a swivel pad and a sliding bar, lying on its side.
-
-    Args:
-      height: from the underside of the frame to the top of the screw, m.
-      depth: from the back of the frame to the front of its arms, m.
-      frame_thickness: m.
-      screw_diameter: over the thread, m.
-      density: of the frame, kg/m³.
-      screw_density: kg/m³.
-      bar_density: of the sliding bar, kg/m³.
-    """
+    """A C-clamp with a threaded screw, a swivel pad and a sliding bar, lying on its side."""
     top, front = 0.74 * height, depth - 0.014
     outer = [(0.0, 0.1), (0.0, 0.9), (0.12, 1.0), (1.0, 1.0), (1.0, 0.8), (0.45, 0.78)]
     outer += [(0.25, 0.7), (0.25, 0.28), (0.45, 0.16), (1.0, 0.13), (1.0, 0.0), (0.12, 0.0)]

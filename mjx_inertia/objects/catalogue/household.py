@@ -1,6 +1,6 @@
 """Things about the house: kettle, vase, lamp, cardboard box, alarm clock.
 
-In: sizes, wall thicknesses and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
@@ -48,23 +48,14 @@ from mjx_inertia.objects.part import Part
     friction=STAINLESS.friction,
 )
 def kettle(
-    diameter: float = 0.2,
-    height: float = 0.115,
-    handle_height: float = 0.24,
+    diameter: float = 0.2,  # of the body
+    height: float = 0.115,  # of the body to the opening
+    handle_height: float = 0.24,  # from the table to the top of the handle
     wall: float = 0.0009,
     density: float = STAINLESS.density,
-    grip_density: float = 1400.0,
+    grip_density: float = 1400.0,  # of grip and knob (phenolic resin)
 ) -> tuple[Part, ...]:
-    """A stove-top kettle with spout, lid and bail handle; empty.
-
-    Args:
-      diameter: of the body, m.
-      height: of the body to the opening, m.
-      handle_height: from the table to the top of the handle, m.
-      wall: m.
-      density: kg/m³.
-      grip_density: of grip and knob (phenolic resin), kg/m³.
-    """
+    """A stove-top kettle with spout, lid and bail handle; empty."""
     radius = 0.5 * diameter
     shape = [(0.97, 0.08), (1.0, 0.25), (0.93, 0.6), (0.74, 0.87), (0.5, 0.985), (0.42, 1.0)]
     curve = np.vstack([[(0.0, 0.0), (0.9, 0.0)], spline(shape, 14)]) * (radius, height)
@@ -116,18 +107,11 @@ def _drawn_out(way: Float[ndarray, "n 2"]) -> Float[ndarray, "n 2"]:
 )
 def vase(
     height: float = 0.26,
-    diameter: float = 0.15,
+    diameter: float = 0.15,  # of the belly
     wall: float = 0.005,
     density: float = CERAMIC.density,
 ) -> tuple[Part, ...]:
-    """A bellied flower vase with a flared lip and two bands of glaze.
-
-    Args:
-      height: m.
-      diameter: of the belly, m.
-      wall: m.
-      density: kg/m³.
-    """
+    """A bellied flower vase with a flared lip and two bands of glaze."""
     shape = [(0.52, 0.0), (0.6, 0.06), (1.0, 0.4), (0.72, 0.66), (0.4, 0.82), (0.46, 0.93)]
     curve = spline(np.array([*shape, (0.68, 0.99)]) * (0.5 * diameter, height), 26)
     rest = vessel(np.vstack([[(0.0, 0.0)], curve]), wall)
@@ -149,24 +133,14 @@ def vase(
 )
 def lamp(
     height: float = 0.42,
-    shade_diameter: float = 0.26,
+    shade_diameter: float = 0.26,  # of its lower rim; 0.62 of it above
     shade_height: float = 0.17,
     shade_wall: float = 0.0012,
     base_diameter: float = 0.13,
     base_density: float = WOOD.density,
     shade_density: float = FABRIC.density,
 ) -> tuple[Part, ...]:
-    """A bedside lamp: turned wooden base, brass socket, bulb and a fabric shade on three spokes.
-
-    Args:
-      height: m.
-      shade_diameter: of its lower rim, m; 0.62 of it above.
-      shade_height: m.
-      shade_wall: m.
-      base_diameter: m.
-      base_density: kg/m³.
-      shade_density: kg/m³.
-    """
+    """A bedside lamp: turned wooden base, brass socket, bulb and a fabric shade on three spokes."""
     low = height - shade_height
     radius, top = 0.5 * shade_diameter, 0.31 * shade_diameter
     rim = [(radius, low), (top, height), (top - shade_wall, height), (radius - shade_wall, low)]
@@ -198,21 +172,13 @@ def lamp(
     friction=CARDBOARD.friction,
 )
 def cardboard_box(
-    length: float = 0.3,
-    width: float = 0.22,
-    height: float = 0.16,
+    length: float = 0.3,  # along x
+    width: float = 0.22,  # along y; a flap is as long as half of it
+    height: float = 0.16,  # without the flaps
     wall: float = 0.004,
     density: float = CARDBOARD.density,
 ) -> tuple[Part, ...]:
-    """A box of corrugated board with its four flaps open; empty.
-
-    Args:
-      length: along x, m.
-      width: along y, m; a flap is as long as half of it.
-      height: without the flaps, m.
-      wall: m.
-      density: kg/m³.
-    """
+    """A box of corrugated board with its four flaps open; empty."""
     box = block(length, width, height)
     box -= block(length - 2.0 * wall, width - 2.0 * wall, height).translate((0.0, 0.0, wall))
     flap = 0.5 * width
@@ -234,21 +200,13 @@ def cardboard_box(
     friction=STEEL.friction,
 )
 def alarm_clock(
-    diameter: float = 0.1,
+    diameter: float = 0.1,  # of the case
     depth: float = 0.05,
-    wall: float = 0.0008,
-    density: float = STEEL.density,
-    movement_density: float = 2000.0,
+    wall: float = 0.0008,  # of the steel case; 1.2 times that for the bells
+    density: float = STEEL.density,  # of case and bells
+    movement_density: float = 2000.0,  # mean of the brass works and air
 ) -> tuple[Part, ...]:
-    """A wind-up alarm clock with two bells, standing on its two feet.
-
-    Args:
-      diameter: of the case, m.
-      depth: m.
-      wall: of the steel case, m; 1.2 times that for the bells.
-      density: of case and bells, kg/m³.
-      movement_density: mean of the brass works and air, kg/m³.
-    """
+    """A wind-up alarm clock with two bells, standing on its two feet."""
     # drawn lying on its back: z towards the reader, y up
     radius, middle = 0.5 * diameter, 0.5 * depth
     case = vessel([(0.0, 0.0), (0.9 * radius, 0.0), (radius, 0.006), (radius, depth)], wall, 64)

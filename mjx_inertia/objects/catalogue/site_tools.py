@@ -1,6 +1,6 @@
 """Tools of the building site: cordless drill, tape measure, spirit level.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
@@ -40,25 +40,17 @@ from mjx_inertia.objects.part import Part
     friction=ABS.friction,
 )
 def drill(
-    height: float = 0.215,
-    housing_diameter: float = 0.062,
-    bit_length: float = 0.06,
+    height: float = 0.215,  # from the table to the top of the housing
+    housing_diameter: float = 0.062,  # of the motor's housing
+    bit_length: float = 0.06,  # outside the chuck
     battery_height: float = 0.045,
-    housing_density: float = 650.0,
-    motor_density: float = 5500.0,
-    battery_density: float = 1300.0,
+    housing_density: float = 650.0,  # mean of a shell of ABS with switch, wires and air
+    motor_density: float = 5500.0,  # mean of copper, steel and magnets
+    battery_density: float = 1300.0,  # mean of a pack with five cells
 ) -> tuple[Part, ...]:
     """A cordless drill with a twist bit, standing on its battery.
 
-    Args:
-      height: from the table to the top of the housing, m.
-      housing_diameter: of the motor's housing, m.
-      bit_length: outside the chuck, m.
-      battery_height: m.
-      housing_density: mean of a shell of ABS with switch, wires and air, kg/m³.
-      motor_density: mean of copper, steel and magnets, kg/m³. Chuck and gears have 0.55 and 0.5
-        of the density of steel: they are partly plastic and air.
-      battery_density: mean of a pack with five cells, kg/m³.
+    Chuck and gears have 0.55 and 0.5 of the density of steel: they are partly plastic and air.
     """
     radius = 0.5 * housing_diameter
     axis = height - radius
@@ -119,25 +111,15 @@ def _along_x(profile: list[tuple[float, float]], radius: float, axis: float) -> 
     friction=ABS.friction,
 )
 def tape_measure(
-    width: float = 0.0529,
-    height: float = 0.0609,
-    depth: float = 0.0241,
-    wall: float = 0.002,
-    tape_length: float = 5.0,
-    tape_section: float = 2.66e-6,
+    width: float = 0.0529,  # of the case, along the tape
+    height: float = 0.0609,  # of the case
+    depth: float = 0.0241,  # of the case, across the tape
+    wall: float = 0.002,  # of the case
+    tape_length: float = 5.0,  # on the coil
+    tape_section: float = 2.66e-6,  # width times thickness of the steel tape, m²
     case_density: float = ABS.density,
 ) -> tuple[Part, ...]:
-    """A pocket tape measure, its tape drawn out a little; standing.
-
-    Args:
-      width: of the case, along the tape, m.
-      height: of the case, m.
-      depth: of the case, across the tape, m.
-      wall: of the case, m.
-      tape_length: on the coil, m.
-      tape_section: width times thickness of the steel tape, m².
-      case_density: kg/m³.
-    """
+    """A pocket tape measure, its tape drawn out a little; standing."""
     front = [(-0.5, 0.16), (-0.42, 0.04), (-0.3, 0.0), (0.5, 0.0), (0.5, 0.4)]
     back = arc((-0.05, 0.55), 0.45, 10.0, 165.0, 28)
     side = soften(outline(np.vstack([front, back]) * (width, height)), 0.003)
@@ -176,23 +158,14 @@ def tape_measure(
     friction=ALUMINIUM.friction,
 )
 def spirit_level(
-    length: float = 0.4,
+    length: float = 0.4,  # with the end caps
     height: float = 0.05,
     depth: float = 0.022,
-    wall: float = 0.0016,
-    density: float = ALUMINIUM.density,
-    vial_density: float = 1150.0,
+    wall: float = 0.0016,  # of the profile
+    density: float = ALUMINIUM.density,  # of the profile
+    vial_density: float = 1150.0,  # mean of acrylic and liquid
 ) -> tuple[Part, ...]:
-    """A spirit level of aluminium box section with three vials, standing on its edge.
-
-    Args:
-      length: with the end caps, m.
-      height: m.
-      depth: m.
-      wall: of the profile, m.
-      density: of the profile, kg/m³.
-      vial_density: mean of acrylic and liquid, kg/m³.
-    """
+    """A spirit level of aluminium box section with three vials, standing on its edge."""
     body, middle = length - 0.02, 0.5 * height
     profile = rectangle(depth, height, 0.0015)
     bore = rectangle(depth - 2.0 * wall, height - 2.0 * wall)

@@ -1,6 +1,6 @@
 """Toys that are neither animal nor vehicle: ball, dumbbell, brick, spinning top, stacking rings.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
@@ -50,14 +50,12 @@ PALETTE = (
     "68 to 70 cm around of the Laws of the Game",
     friction=RUBBER.friction,
 )
-def ball(diameter: float = 0.22, wall: float = 0.0027, density: float = 1100.0) -> tuple[Part, ...]:
-    """A football with twelve black pentagons.
-
-    Args:
-      diameter: m.
-      wall: of cover and bladder together, m.
-      density: mean of cover and bladder, kg/m³.
-    """
+def ball(
+    diameter: float = 0.22,
+    wall: float = 0.0027,  # of cover and bladder together
+    density: float = 1100.0,  # mean of cover and bladder
+) -> tuple[Part, ...]:
+    """A football with twelve black pentagons."""
     radius = 0.5 * diameter
     shell = Manifold.sphere(radius, 48) - Manifold.sphere(radius - wall, 48)
     corners = trimesh.creation.icosahedron().vertices
@@ -79,22 +77,13 @@ def ball(diameter: float = 0.22, wall: float = 0.0027, density: float = 1100.0) 
 )
 def dumbbell(
     length: float = 0.19,
-    head_width: float = 0.0595,
+    head_width: float = 0.0595,  # across the flats
     head_length: float = 0.038,
-    handle_diameter: float = 0.026,
-    head_density: float = 7200.0,
+    handle_diameter: float = 0.026,  # the largest
+    head_density: float = 7200.0,  # of cast iron
     handle_density: float = STEEL.density,
 ) -> tuple[Part, ...]:
-    """A dumbbell with hexagonal heads, lying on them.
-
-    Args:
-      length: m.
-      head_width: across the flats, m.
-      head_length: m.
-      handle_diameter: the largest, m.
-      head_density: of cast iron, kg/m³.
-      handle_density: kg/m³.
-    """
+    """A dumbbell with hexagonal heads, lying on them."""
     hexagon = CrossSection.circle(head_width / np.sqrt(3.0), 6).rotate(30.0)
     head = plate(hexagon, head_length, 0.006).rotate((0.0, 90.0, 0.0))
     heads = head.translate((0.5 * length - head_length, 0.0, 0.0))
@@ -115,21 +104,13 @@ def dumbbell(
     friction=ABS.friction,
 )
 def building_brick(
-    pitch: float = 0.016,
-    columns: int = 4,
-    rows: int = 2,
-    height: float = 0.0192,
+    pitch: float = 0.016,  # between studs; studs and walls scale with it
+    columns: int = 4,  # studs along x
+    rows: int = 2,  # studs along y
+    height: float = 0.0192,  # without the studs
     density: float = ABS.density,
 ) -> tuple[Part, ...]:
-    """A hollow building brick with studs on top and tubes inside.
-
-    Args:
-      pitch: between studs, m; studs and walls scale with it.
-      columns: studs along x.
-      rows: studs along y.
-      height: without the studs, m.
-      density: kg/m³.
-    """
+    """A hollow building brick with studs on top and tubes inside."""
     wall, roof, gap = 0.15 * pitch, 0.125 * pitch, 0.0125 * pitch
     x, y = columns * pitch - 2.0 * gap, rows * pitch - 2.0 * gap
     brick = block(x, y, height) - block(x - 2.0 * wall, y - 2.0 * wall, height - roof)
@@ -148,15 +129,11 @@ def building_brick(
 
 @catalogue_object("Toys", _BEECH, friction=WOOD.friction)
 def spinning_top(
-    diameter: float = 0.07, height: float = 0.075, density: float = WOOD.density
+    diameter: float = 0.07,
+    height: float = 0.075,  # from the tip to the end of the stem
+    density: float = WOOD.density,
 ) -> tuple[Part, ...]:
-    """A turned wooden top with coloured rings, leaning on its rim.
-
-    Args:
-      diameter: m.
-      height: from the tip to the end of the stem, m.
-      density: kg/m³.
-    """
+    """A turned wooden top with coloured rings, leaning on its rim."""
     belly = spline([(0.06, 0.015), (0.16, 0.06), (0.55, 0.2), (0.94, 0.36), (1.0, 0.42)], 16)
     above = spline([(0.96, 0.47), (0.6, 0.53), (0.2, 0.6), (0.11, 0.72), (0.1, 0.9)], 14)
     end = [(0.14, 0.94), (0.14, 0.98), (0.1, 1.0), (0.0, 1.0)]
@@ -175,21 +152,13 @@ def spinning_top(
 
 @catalogue_object("Toys", _BEECH, friction=WOOD.friction)
 def stacking_rings(
-    base_diameter: float = 0.12,
+    base_diameter: float = 0.12,  # of the base plate and, nearly, of the lowest ring
     ring_height: float = 0.022,
-    count: int = 5,
+    count: int = 5,  # rings
     post_diameter: float = 0.018,
     density: float = WOOD.density,
 ) -> tuple[Part, ...]:
-    """Wooden rings of falling size on a post with a ball on top.
-
-    Args:
-      base_diameter: of the base plate and, nearly, of the lowest ring, m.
-      ring_height: m.
-      count: rings.
-      post_diameter: m.
-      density: kg/m³.
-    """
+    """Wooden rings of falling size on a post with a ball on top."""
     base_height, post = 0.014, 0.5 * post_diameter
     base = plate(CrossSection.circle(0.5 * base_diameter, 48), base_height, 0.004)
     top = base_height + count * ring_height
