@@ -4,18 +4,17 @@ from mjx_inertia.objects.catalogue.load import (
     CATEGORIES as CATEGORIES,
     load_catalogue as load_catalogue,
 )
-from mjx_inertia.objects.compose import (
+from mjx_inertia.objects.composition import (
     combine_objects as combine_objects,
+    from_parts as from_parts,
     re_mass as re_mass,
     scale_object as scale_object,
 )
 from mjx_inertia.objects.convex import (
-    area_error as area_error,
     convex_pieces as convex_pieces,
     hull_vertices as hull_vertices,
     upright as upright,
 )
-from mjx_inertia.objects.density_field import properties_of_field as properties_of_field
 from mjx_inertia.objects.depth_camera import (
     CameraSettings as CameraSettings,
     DepthViews as DepthViews,
@@ -44,7 +43,13 @@ from mjx_inertia.objects.mesh_integrals import (
     polyhedron_properties as polyhedron_properties,
 )
 from mjx_inertia.objects.mesh_repair import RepairedMesh as RepairedMesh, repair_mesh as repair_mesh
-from mjx_inertia.objects.model import ObjectModel as ObjectModel
+from mjx_inertia.objects.model import (
+    ObjectModel as ObjectModel,
+    Part as Part,
+    cube as cube,
+    cuboid as cuboid,
+    prism as prism,
+)
 from mjx_inertia.objects.object_import import import_object as import_object
 from mjx_inertia.objects.outline import (
     OutlineContact as OutlineContact,
@@ -54,15 +59,6 @@ from mjx_inertia.objects.outline import (
     planar_integrals as planar_integrals,
     signed_area as signed_area,
 )
-from mjx_inertia.objects.part import (
-    Part as Part,
-    moved as moved,
-    on_table as on_table,
-    transformed as transformed,
-    turned as turned,
-)
-from mjx_inertia.objects.part_assembly import from_parts as from_parts
-from mjx_inertia.objects.prisms import cube as cube, cuboid as cuboid, prism as prism
 from mjx_inertia.objects.random_shapes import (
     RandomShapes as RandomShapes,
     random_objects as random_objects,

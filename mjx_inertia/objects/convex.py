@@ -61,13 +61,6 @@ def convex_pieces(
     return tuple(done)
 
 
-def area_error(outline: Float[ndarray, "k 2"], pieces: tuple[Float[ndarray, "_ 2"], ...]) -> float:
-    """Area that is in `outline` or in the union of `pieces` but not in both, as a fraction."""
-    whole = shapely.Polygon(outline)
-    union = shapely.union_all([shapely.Polygon(piece) for piece in pieces])
-    return whole.symmetric_difference(union).area / whole.area
-
-
 def _depth(piece: BaseGeometry) -> float:
     """How far the boundary of a piece's hull is from the piece, in m."""
     return float(_notch_depths(_vertices(piece)).max())

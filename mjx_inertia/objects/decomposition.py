@@ -34,7 +34,7 @@ from mjx_inertia.objects.manifolds import (
     section,
     to_manifold,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _NOTHING = 2e-3  # of the whole volume: what a part's hull may add
 _WASTE = 0.02  # of a part's volume: what all hulls of its bodies may add

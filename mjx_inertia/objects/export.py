@@ -18,8 +18,7 @@ import numpy as np
 import trimesh
 
 from mjx_inertia.files import write_whole
-from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.part import Color
+from mjx_inertia.objects.model import Color, ObjectModel
 
 Format = Literal["urdf", "mjcf"]
 FORMATS: tuple[Format, ...] = get_args(Format)

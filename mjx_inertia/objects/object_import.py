@@ -16,25 +16,18 @@ import manifold3d
 import numpy as np
 import trimesh
 
+from mjx_inertia.objects.composition import SUPPORT_DEPTH, main_color
 from mjx_inertia.objects.convex import Pieces, hull_vertices
 from mjx_inertia.objects.decomposition import object_pieces
-from mjx_inertia.objects.file_body import (
-    FileBody,
-    FileShape,
-    combine_bodies_float64,
-    read_mesh,
-    transform_mesh,
-)
+from mjx_inertia.objects.file_body import FileBody, FileShape, read_mesh
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, to_manifold, union
 from mjx_inertia.objects.mesh_defects import checked_mesh
 from mjx_inertia.objects.mesh_integrals import is_positive, known_solid_properties
 from mjx_inertia.objects.mesh_repair import repair_mesh
 from mjx_inertia.objects.mjcf_reader import read_mjcf
-from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.part import Part
-from mjx_inertia.objects.part_assembly import SUPPORT_DEPTH, main_color
+from mjx_inertia.objects.model import ObjectModel, Part, transform_mesh
 from mjx_inertia.objects.urdf_reader import read_urdf
-from mjx_inertia.spatial import InertialParameters
+from mjx_inertia.spatial import InertialParameters, combine_float64
 
 Shape = Literal["visual", "collision"]
 
@@ -150,9 +143,7 @@ def _object(
         name=body.name,
         outline=silhouette(whole, body.name),
         height=whole.bounding_box()[5],
-        inertial=InertialParameters(
-            *map(jnp.asarray, (inertial.mass, inertial.com, inertial.inertia))
-        ),
+        inertial=jax.tree.map(jnp.asarray, inertial),
         pieces=_pieces(collisions, solids, whole),
         support=lowest(whole, SUPPORT_DEPTH),
         mesh=from_manifold(whole),
@@ -260,9 +251,7 @@ def _parts(
     )
     if any(not part.density > 0.0 for part in parts):
         return ()
-    total = combine_bodies_float64(
-        [_uniform(to_manifold(part.mesh), part.density) for part in parts]
-    )
+    total = combine_float64([_uniform(to_manifold(part.mesh), part.density) for part in parts])
     for found, stated in zip(jax.tree.leaves(total), jax.tree.leaves(inertial), strict=True):
         if not np.allclose(found, stated, rtol=0.0, atol=_AGREE * np.abs(stated).max()):
             return ()

@@ -19,11 +19,9 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import split
 
 from mjx_inertia.objects.convex import prism_pieces
-from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.model import ObjectModel, Part
 from mjx_inertia.objects.outline import planar_integrals
-from mjx_inertia.objects.part import Part
-from mjx_inertia.objects.part_assembly import combine_bodies
-from mjx_inertia.spatial import InertialParameters, inertia_from_second_moment
+from mjx_inertia.spatial import InertialParameters, combine_float64, inertial_float64
 
 Interval = tuple[float, float]
 _COLORS = np.array([[0.20, 0.40, 0.70], [0.87, 0.55, 0.20], [0.25, 0.55, 0.30], [0.60, 0.30, 0.55]])
@@ -95,7 +93,10 @@ def _random_object(index: int, rng: Generator, settings: RandomShapes) -> Object
         name=f"{kind}_{index}",
         outline=outer,
         height=height,
-        inertial=combine_bodies([_plate(polygon, height, density) for polygon, density, _ in flat]),
+        inertial=jax.tree.map(
+            jnp.asarray,
+            combine_float64([_plate(polygon, height, density) for polygon, density, _ in flat]),
+        ),
         pieces=prism_pieces(area, height),
         support=(outer, *rings),
         mesh=_extruded(area, height),
@@ -139,7 +140,7 @@ def _cut(area: BaseGeometry, rng: Generator) -> list[BaseGeometry]:
 
 
 def _plate(area: BaseGeometry, height: float, density: float) -> InertialParameters:
-    """Upright prism on a polygon with or without holes, in double precision, as NumPy arrays."""
+    """Upright prism on a polygon with or without holes, in double precision."""
     parts = [(1.0, area.exterior), *((-1.0, ring) for ring in area.interiors)]
     first, second, total = np.zeros(2), np.zeros((2, 2)), 0.0
     for sign, ring in parts:
@@ -154,11 +155,8 @@ def _plate(area: BaseGeometry, height: float, density: float) -> InertialParamet
     moment = np.zeros((3, 3))
     moment[:2, :2] = density * height * (second - total * np.outer(center, center))
     moment[2, 2] = mass * height**2 / 12.0
-    com = np.append(center, 0.5 * height)
-    with jax.enable_x64(True):
-        tensor = inertia_from_second_moment(jnp.asarray(moment))
-        body = InertialParameters(jnp.asarray(mass), jnp.asarray(com), tensor)
-        return jax.tree.map(np.asarray, body)
+    tensor = np.trace(moment) * np.eye(3) - moment
+    return inertial_float64(mass, np.append(center, 0.5 * height), tensor)
 
 
 def _extruded(area: BaseGeometry, height: float) -> trimesh.Trimesh:

@@ -6,17 +6,23 @@ In: sizes (m) and densities (kg/m³). Out: parts at rest that look along +x.
 import numpy as np
 from manifold3d import Manifold
 
-from mjx_inertia.objects.catalogue.materials import BLACK, PLUSH, PVC, RED, VINYL, WHITE
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
+    BLACK,
+    PLUSH,
+    PVC,
+    RED,
+    VINYL,
+    WHITE,
+    catalogue_object,
+)
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
-    assemble,
     block,
     ellipsoid_manifold,
     lathe,
     limb,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _FIGURE = "solid PVC, 1300 kg/m³, as small animal figures are"
 

@@ -6,7 +6,8 @@ In: sizes (m) and densities (kg/m³). Out: parts at rest.
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
     ALUMINIUM,
     BARE_BRASS,
     BARE_STEEL,
@@ -18,13 +19,12 @@ from mjx_inertia.objects.catalogue.materials import (
     RUBBER,
     STEEL,
     WOOD,
+    WORKSHOP_TOOLS,
     YELLOW,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import WORKSHOP_TOOLS, catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
-    Piece,
-    assemble,
     lathe,
     outline,
     plate,
@@ -34,7 +34,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     spline,
     sweep,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 
 @catalogue_object(

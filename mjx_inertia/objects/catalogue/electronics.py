@@ -5,17 +5,23 @@ In: sizes (m) and densities (kg/m³). Out: parts at rest.
 
 from manifold3d import CrossSection, Manifold, OpType
 
-from mjx_inertia.objects.catalogue.materials import ABS, ALUMINIUM, BLACK, GLASS, RED, RUBBER
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
+    ABS,
+    ALUMINIUM,
+    BLACK,
+    GLASS,
+    RED,
+    RUBBER,
+    catalogue_object,
+)
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
-    assemble,
     block,
     plate,
     rectangle,
     rod,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _GREY = (0.65, 0.66, 0.68)
 

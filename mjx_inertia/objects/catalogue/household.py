@@ -8,7 +8,8 @@ from jaxtyping import Float
 from manifold3d import CrossSection, Manifold
 from numpy import ndarray
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
     ABS,
     BARE_BRASS,
     BARE_STEEL,
@@ -24,12 +25,10 @@ from mjx_inertia.objects.catalogue.materials import (
     STEEL,
     WHITE,
     WOOD,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
     arc,
-    assemble,
     block,
     core,
     lathe,
@@ -39,7 +38,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     sweep,
     vessel,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 
 @catalogue_object(

@@ -6,7 +6,8 @@ In: sizes (m) and densities (kg/m³). Out: parts at rest.
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
     ABS,
     ALUMINIUM,
     BARE_STEEL,
@@ -14,14 +15,13 @@ from mjx_inertia.objects.catalogue.materials import (
     RED,
     RUBBER,
     STEEL,
+    WORKSHOP_TOOLS,
     YELLOW,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import WORKSHOP_TOOLS, catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
-    Piece,
     arc,
-    assemble,
     block,
     lathe,
     outline,
@@ -31,7 +31,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     soften,
     sweep,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 
 @catalogue_object(

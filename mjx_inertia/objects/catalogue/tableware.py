@@ -6,12 +6,17 @@ In: sizes (m) and densities (kg/m³). Out: parts at rest.
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import ALUMINIUM, BLUE, CERAMIC, GLASS, WHITE
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
+    ALUMINIUM,
+    BLUE,
+    CERAMIC,
+    GLASS,
+    WHITE,
+    catalogue_object,
+)
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
     arc,
-    assemble,
     core,
     lathe,
     plate,
@@ -20,7 +25,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     sweep,
     vessel,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _STONEWARE = "stoneware, 2400 kg/m³, at the usual wall thickness"
 

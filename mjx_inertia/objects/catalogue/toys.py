@@ -7,7 +7,8 @@ import numpy as np
 import trimesh
 from manifold3d import CrossSection, Manifold, OpType
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
     ABS,
     BARE_STEEL,
     BARE_WOOD,
@@ -19,19 +20,17 @@ from mjx_inertia.objects.catalogue.materials import (
     VINYL,
     WHITE,
     WOOD,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
     arc,
-    assemble,
     block,
     lathe,
     plate,
     rod,
     spline,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _BEECH = "turned and sawn beech, 700 kg/m³"
 PALETTE = (

@@ -6,7 +6,8 @@ In: sizes (m) and densities (kg/m³). Out: parts at rest that look along +x.
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
     ABS,
     BARE_STEEL,
     BARE_WOOD,
@@ -19,12 +20,10 @@ from mjx_inertia.objects.catalogue.materials import (
     WHITE,
     WOOD,
     YELLOW,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
-    Piece,
-    assemble,
     block,
     ellipsoid_manifold,
     lathe,
@@ -36,7 +35,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     soften,
     spline,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _BEECH = "turned and sawn beech, 700 kg/m³"
 
