@@ -1,4 +1,4 @@
-"""Tools of the carpenter: hammer, crowbar, wood saw, chisel.
+"""Tools of the carpenter: hammer, crowbar, wood saw, chisel, tape measure, spirit level.
 
 In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
@@ -8,6 +8,7 @@ from manifold3d import CrossSection, Manifold
 
 from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.recipe import (
+    ABS,
     ALUMINIUM,
     BARE_BRASS,
     BARE_STEEL,
@@ -16,6 +17,7 @@ from mjx_inertia.objects.catalogue.recipe import (
     BRASS,
     CAST_STEEL,
     DARK,
+    RED,
     RUBBER,
     STEEL,
     WOOD,
@@ -25,9 +27,12 @@ from mjx_inertia.objects.catalogue.recipe import (
 )
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
+    arc,
+    block,
     lathe,
     outline,
     plate,
+    rectangle,
     rod,
     slab,
     soften,
@@ -197,3 +202,111 @@ def chisel(
         Piece(handle.translate(there), handle_density, BARE_WOOD),
         turn_deg=(90.0, 0.0, 90.0),
     )
+
+
+@catalogue_object(
+    "Tools",
+    f"mass and extents of Measuring Tape, {WORKSHOP_TOOLS}; the inside as in a 5 m tape",
+    mass=0.13627,
+    friction=ABS.friction,
+)
+def tape_measure(
+    width: float = 0.0529,  # of the case, along the tape
+    height: float = 0.0609,  # of the case
+    depth: float = 0.0241,  # of the case, across the tape
+    wall: float = 0.002,  # of the case
+    tape_length: float = 5.0,  # on the coil
+    tape_section: float = 2.66e-6,  # width times thickness of the steel tape, m²
+    case_density: float = ABS.density,
+) -> tuple[Part, ...]:
+    """A pocket tape measure, its tape drawn out a little; standing."""
+    front = [(-0.5, 0.16), (-0.42, 0.04), (-0.3, 0.0), (0.5, 0.0), (0.5, 0.4)]
+    back = arc((-0.05, 0.55), 0.45, 10.0, 165.0, 28)
+    side = soften(outline(np.vstack([front, back]) * (width, height)), 0.003)
+    case = plate(side, depth, 0.002)
+    case -= plate(side.offset(-wall), depth - 2.0 * wall).translate((0.0, 0.0, wall))
+    tape_width = depth - 2.0 * wall - 0.001
+    tape_low = 0.5 * (depth - tape_width)
+    core, x, y = 0.009, -0.03 * width, 0.5 * height
+    outer = float(np.sqrt(core**2 + tape_length * tape_section / tape_width / np.pi))
+    ring = CrossSection.circle(outer, ROUND) - CrossSection.circle(core, ROUND)
+    coil = plate(ring, tape_width).translate((x, y, tape_low))
+    spool = rod((x, y, 0.5 * wall), (x, y, depth - 0.5 * wall), core)
+    # the drawn end leaves at the foot of the mouth and hooks down
+    end = 0.5 * width + 0.03
+    drawn = rectangle(0.04, 0.0006).translate((end - 0.02, 0.0045))
+    hook = rectangle(0.0012, 0.0042).translate((end, 0.0027))
+    lip = plate(drawn + hook, tape_width).translate((0.0, 0.0, tape_low))
+    badge = rod((x, y, -0.0004), (x, y, depth + 0.0004), 0.3 * height, -1.0, ROUND)
+    badge -= block(1.0, 1.0, depth)
+    thumb = block(0.013, 0.011, 0.012, 0.002).translate((0.0, 0.0, -0.006))
+    thumb = thumb.rotate((0.0, 90.0, 0.0)).translate((0.4 * width, 0.7 * height, 0.5 * depth))
+    return assemble(
+        Piece(coil, STEEL.density, BARE_STEEL),
+        Piece(spool, case_density, DARK),
+        Piece(lip, STEEL.density, (0.95, 0.85, 0.2)),
+        Piece(case, case_density, YELLOW),
+        Piece(thumb, case_density, RED),
+        Piece(badge, RUBBER.density, DARK),
+        turn_deg=(90.0, 0.0, 0.0),
+    )
+
+
+@catalogue_object(
+    "Tools",
+    "densities x sizes of a 400 mm level of 1.6 mm aluminium box section",
+    friction=ALUMINIUM.friction,
+)
+def spirit_level(
+    length: float = 0.4,  # with the end caps
+    height: float = 0.05,
+    depth: float = 0.022,
+    wall: float = 0.0016,  # of the profile
+    density: float = ALUMINIUM.density,  # of the profile
+    vial_density: float = 1150.0,  # mean of acrylic and liquid
+) -> tuple[Part, ...]:
+    """A spirit level of aluminium box section with three vials, standing on its edge."""
+    body, middle = length - 0.02, 0.5 * height
+    profile = rectangle(depth, height, 0.0015)
+    bore = rectangle(depth - 2.0 * wall, height - 2.0 * wall)
+    tube = plate(profile - bore, body).rotate((90.0, 0.0, 90.0))
+    tube = tube.translate((-0.5 * body, 0.0, middle))
+    cap = plate(profile.offset(0.0008), 0.01).rotate((90.0, 0.0, 90.0))
+    caps = cap.translate((0.5 * body, 0.0, middle))
+    caps += cap.translate((-0.5 * length, 0.0, middle))
+    # the vial for level lies in a notch of the upper edge, two more in round windows
+    notch = height - 0.02
+    tube -= block(0.05, depth + 0.01, 0.03).translate((0.0, 0.0, notch))
+    frames = block(0.05, depth - 2.0 * wall, 0.006).translate((0.0, 0.0, notch))
+    liquid, marks = _vial(1.0, 0.0, (0.0, 0.0, height - 0.0095))
+    reach, window = (0.0, 0.5 * depth + 0.001, 0.0), 0.31 * height
+    for x, turn in ((-0.36 * body, 90.0), (0.36 * body, 45.0)):
+        there = (x, 0.0, middle)
+        disc = rod(-np.array(reach), reach, window, -1.0, 32)
+        hole = rod(-2.0 * np.array(reach), 2.0 * np.array(reach), 0.82 * window, -1.0, 32)
+        tube -= disc.translate(there)
+        frames += (disc - hole).translate(there)
+        tilted, lines = _vial(0.5, turn, there)
+        liquid, marks = liquid + tilted, marks + lines
+    return assemble(
+        Piece(marks, vial_density, DARK),
+        Piece(liquid, vial_density, (0.72, 0.9, 0.2)),
+        Piece(frames, ABS.density, DARK),
+        Piece(caps, ABS.density, DARK),
+        Piece(tube, density, (0.85, 0.15, 0.1)),
+    )
+
+
+def _vial(
+    length: float, turn_deg: float, center: tuple[float, float, float]
+) -> tuple[Manifold, Manifold]:
+    """A glass tube and its two marks, of `length` times 48 mm, turned in the x-z plane."""
+    tube = rod((-0.024, 0.0, 0.0), (0.024, 0.0, 0.0), 0.006, -1.0, 24)
+    marks = Manifold()
+    for x in (-0.007, 0.007):
+        marks += rod((x, 0.0, 0.0), (x + 0.001, 0.0, 0.0), 0.00624, -1.0, 24)
+    first, second = (
+        solid.scale((length, 1.0, 1.0)).rotate((0.0, turn_deg, 0.0)).translate(center)
+        for solid in (tube, marks)
+    )
+    return first, second

@@ -1,4 +1,4 @@
-"""Tools that turn or hold: wrenches, Allen key, screwdriver, pliers, C-clamp.
+"""Tools that turn or hold: wrenches, Allen key, screwdriver, pliers, C-clamp, drill.
 
 In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
@@ -8,6 +8,7 @@ from manifold3d import CrossSection, Manifold
 
 from mjx_inertia.objects.catalogue.assembly import Piece, assemble
 from mjx_inertia.objects.catalogue.recipe import (
+    ABS,
     BARE_BRASS,
     BARE_STEEL,
     BLUE,
@@ -276,3 +277,73 @@ def c_clamp(
         ),
         Piece(frame, density, BLUE),
     )
+
+
+@catalogue_object(
+    "Tools",
+    "densities x sizes of an 18 V drill with a 2 Ah pack, a class of 1.5 to 1.9 kg",
+    friction=ABS.friction,
+)
+def drill(
+    height: float = 0.215,  # from the table to the top of the housing
+    housing_diameter: float = 0.062,  # of the motor's housing
+    bit_length: float = 0.06,  # outside the chuck
+    battery_height: float = 0.045,
+    housing_density: float = 650.0,  # mean of a shell of ABS with switch, wires and air
+    motor_density: float = 5500.0,  # mean of copper, steel and magnets
+    battery_density: float = 1300.0,  # mean of a pack with five cells
+) -> tuple[Part, ...]:
+    """A cordless drill with a twist bit, standing on its battery.
+
+    Chuck and gears have 0.55 and 0.5 of the density of steel: they are partly plastic and air.
+    """
+    radius = 0.5 * housing_diameter
+    axis = height - radius
+    back = [(0.0, -0.082), (0.6, -0.082), (0.86, -0.076), (0.97, -0.06), (1.0, -0.03)]
+    housing = _along_x([*back, (1.0, 0.02), (0.9, 0.045), (0.0, 0.045)], radius, axis)
+    gears = _along_x([(0.0, 0.045), (0.88, 0.045), (0.84, 0.066), (0.0, 0.066)], radius, axis)
+    motor = rod((-0.062, 0.0, axis), (-0.008, 0.0, axis), 0.68 * radius)
+    bit = _twist_bit(bit_length).rotate((0.0, 90.0, 0.0)).translate((0.117, 0.0, axis))
+    # the grip leans back from the motor to the foot, into which the battery slides
+    bends = [(-0.014, axis - 0.3 * radius), (-0.018, axis - radius), (-0.026, 0.09)]
+    path = [*bends, (-0.03, battery_height + 0.012)]
+    broad = [(1.1, 1.05), (0.95, 1.0), (0.95, 0.95), (1.15, 1.1)]
+    housing += sweep(rectangle(0.042, 0.034, 0.016), path, broad)
+    housing += block(0.09, 0.062, 0.02, 0.006).translate((-0.012, 0.0, battery_height))
+    finger = axis - 1.55 * radius
+    trigger = rod((0.012, -0.009, finger), (0.012, 0.009, finger), 0.012)
+    trigger += block(0.03, 0.018, 0.024, 0.003).translate((0.0, 0.0, axis - 2.0 * radius))
+    battery = block(0.115, 0.075, battery_height - 0.004, 0.006)
+    battery += block(0.085, 0.056, 0.01).translate((0.0, 0.0, battery_height - 0.01))
+    return assemble(
+        Piece(motor, motor_density, DARK),
+        Piece(bit, STEEL.density, BARE_STEEL),
+        Piece(_chuck(radius, axis), 0.55 * STEEL.density, DARK),
+        Piece(gears, 0.5 * STEEL.density, (0.35, 0.36, 0.38)),
+        Piece(housing, housing_density, (0.0, 0.45, 0.48)),
+        Piece(trigger, ABS.density, RED),
+        Piece(battery.translate((-0.005, 0.0, 0.0)), battery_density, DARK),
+    )
+
+
+def _chuck(radius: float, axis: float) -> Manifold:
+    """A keyless chuck with grooves around it."""
+    jaws = [(0.0, 0.066), (0.62, 0.066), (0.7, 0.07), (0.7, 0.098), (0.42, 0.116), (0.25, 0.117)]
+    chuck = _along_x([*jaws, (0.0, 0.117)], radius, 0.0)
+    groove = rod((0.076, 0.0, 0.75 * radius), (0.094, 0.0, 0.75 * radius), 0.002, -1.0, 8)
+    for angle in np.arange(0.0, 360.0, 30.0):
+        chuck -= groove.rotate((float(angle), 0.0, 0.0))
+    return chuck.translate((0.0, 0.0, axis))
+
+
+def _twist_bit(length: float) -> Manifold:
+    """A 6 mm bit with two helical flutes and a point, upwards."""
+    flute = CrossSection.circle(0.0017, 12).translate((0.0027, 0.0))
+    section = CrossSection.circle(0.003, 20) - flute - flute.rotate(180.0)
+    return Manifold.extrude(section, length, 24, 540.0) ^ Manifold.cylinder(length, length, 0.0, 20)
+
+
+def _along_x(profile: list[tuple[float, float]], radius: float, axis: float) -> Manifold:
+    """Turned about an axis along x at the height `axis`; profile in radii and x, m."""
+    solid = lathe(np.asarray(profile) * (radius, 1.0))
+    return solid.rotate((0.0, 90.0, 0.0)).translate((0.0, 0.0, axis))

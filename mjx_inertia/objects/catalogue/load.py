@@ -17,14 +17,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from mjx_inertia.objects.catalogue import (
-    animals,
     carpentry,
-    electronics,
     fastening,
     household,
     primitives,
     pushing,
-    site_tools,
     tableware,
     thesis,
     toys,
@@ -40,13 +37,10 @@ _MODULES = (
     primitives,
     carpentry,
     fastening,
-    site_tools,
     tableware,
     household,
-    electronics,
     toys,
     vehicles,
-    animals,
     pushing,
     thesis,
 )
