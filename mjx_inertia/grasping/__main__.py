@@ -10,7 +10,7 @@ import numpy as np
 
 from mjx_inertia.command import Parser, run_command
 from mjx_inertia.files import check_writable
-from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
+from mjx_inertia.grasping.grasp import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
 from mjx_inertia.grasping.picture import picture_of, save_picture
 from mjx_inertia.grasping.ranking import CRITERIA, rank_grasps, ranking_table
 from mjx_inertia.grasping.sampler import SamplerSettings, sample_grasps
