@@ -22,7 +22,7 @@ from mjx_inertia.objects.decomposition import object_pieces
 from mjx_inertia.objects.file_body import FileBody, FileShape, read_mesh
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, to_manifold, union
 from mjx_inertia.objects.mesh_defects import checked_mesh
-from mjx_inertia.objects.mesh_integrals import is_positive, known_solid_properties
+from mjx_inertia.objects.mesh_integrals import is_positive, solid_properties_float64
 from mjx_inertia.objects.mesh_repair import repair_mesh
 from mjx_inertia.objects.mjcf_reader import read_mjcf
 from mjx_inertia.objects.model import ObjectModel, Part, transform_mesh
@@ -137,7 +137,7 @@ def _object(
         inertial = _stated(body, up)
         _warn_of_misfit(inertial, from_manifold(whole.hull()))
     else:
-        inertial = _uniform(whole, density)
+        inertial = solid_properties_float64(from_manifold(whole), density)
     colored = [Part(solid.mesh, 1.0, solid.color or _GREY) for solid in solids]
     return ObjectModel(
         name=body.name,
@@ -228,14 +228,6 @@ def _lifted(shapes: Sequence[FileShape], by: float) -> tuple[FileShape, ...]:
     return tuple(dataclasses.replace(s, mesh=transform_mesh(s.mesh, matrix)) for s in shapes)
 
 
-def _uniform(solid: manifold3d.Manifold, density: float) -> InertialParameters:
-    """In double precision, as NumPy arrays."""
-    mesh = from_manifold(solid)
-    with jax.enable_x64(True):
-        body = known_solid_properties(mesh.vertices, mesh.faces, density)
-        return jax.tree.map(np.asarray, body)
-
-
 def _parts(
     solids: Sequence[FileShape], density: float | None, inertial: InertialParameters, volume: float
 ) -> tuple[Part, ...]:
@@ -251,7 +243,7 @@ def _parts(
     )
     if any(not part.density > 0.0 for part in parts):
         return ()
-    total = combine_float64([_uniform(to_manifold(part.mesh), part.density) for part in parts])
+    total = combine_float64([solid_properties_float64(p.mesh, p.density) for p in parts])
     for found, stated in zip(jax.tree.leaves(total), jax.tree.leaves(inertial), strict=True):
         if not np.allclose(found, stated, rtol=0.0, atol=_AGREE * np.abs(stated).max()):
             return ()
