@@ -7,12 +7,8 @@ import pytest
 import trimesh
 from solids_of_known_mass import box, ellipsoid, torus, worst_difference
 
-from mjx_inertia.objects import (
-    VoxelGrid,
-    mass_properties,
-    voxel_properties,
-    voxelize,
-)
+from mjx_inertia.objects import mass_properties, voxel_properties, voxelize
+from mjx_inertia.objects.voxels import VoxelGrid
 from mjx_inertia.spatial import (
     Consistency,
     InertialParameters,
