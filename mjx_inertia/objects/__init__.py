@@ -52,6 +52,7 @@ from mjx_inertia.objects.random_shapes import (
     random_objects as random_objects,
 )
 from mjx_inertia.objects.shape_and_push import (
+    FULL_INERTIA_NAMES as FULL_INERTIA_NAMES,
     FullInertia as FullInertia,
     combine_shape_and_push as combine_shape_and_push,
 )

@@ -10,8 +10,13 @@ import pytest
 import trimesh
 from scipy import stats
 
-from mjx_inertia.objects import ShapeEstimate, TriangleMesh, combine_shape_and_push, mass_properties
-from mjx_inertia.objects.shape_and_push import FULL_INERTIA_NAMES
+from mjx_inertia.objects import (
+    FULL_INERTIA_NAMES,
+    ShapeEstimate,
+    TriangleMesh,
+    combine_shape_and_push,
+    mass_properties,
+)
 from mjx_inertia.spatial import (
     InertialParameters,
     PlanarInertia,
