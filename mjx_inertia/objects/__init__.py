@@ -51,13 +51,11 @@ from mjx_inertia.objects.random_shapes import (
     RandomShapes as RandomShapes,
     random_objects as random_objects,
 )
-from mjx_inertia.objects.shape_and_push import (
+from mjx_inertia.objects.shape_estimate import (
     FULL_INERTIA_NAMES as FULL_INERTIA_NAMES,
     FullInertia as FullInertia,
-    combine_shape_and_push as combine_shape_and_push,
-)
-from mjx_inertia.objects.shape_estimate import (
     ShapeEstimate as ShapeEstimate,
+    combine_shape_and_push as combine_shape_and_push,
     estimate_shape as estimate_shape,
 )
 from mjx_inertia.objects.voxels import (

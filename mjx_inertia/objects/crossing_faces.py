@@ -22,9 +22,8 @@ def crossing_faces(
     """Pairs of triangles of which an edge of the first passes through the second.
 
     Args:
-      corners: (f, 3, 3) positions, not far from the origin for their size.
-      faces: (f, 3) names of the corners; triangles with two in common are neighbours and do not
-        cross each other.
+      corners: positions, not far from the origin for their size.
+      faces: names of the corners; triangles with two in common do not cross each other.
       tolerance: distance, in the unit of the corners, by which the edge must pass the plane of the
         other triangle on both sides, and that triangle's sides.
     """

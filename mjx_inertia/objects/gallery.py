@@ -97,13 +97,7 @@ def _cells(figures: ObjectSummary) -> tuple[str, ...]:
 def gallery(
     objects: Mapping[str, ObjectModel], path: Path | str, *, columns: int = 8, progress: bool = True
 ) -> None:
-    """Draws all objects, category by category, into a file.
-
-    Args:
-      objects: by name.
-      path: ends in .png or .html.
-      columns: pictures side by side in the PNG.
-      progress: whether to show a progress bar.
+    """Draws all objects, category by category, into a PNG or HTML file, with a progress bar.
 
     Raises:
       ValueError: another ending, or no objects.
@@ -120,11 +114,7 @@ def gallery(
 
 
 def sheet(objects: Mapping[str, ObjectModel], *, columns: int = 8) -> Figure:
-    """All objects in one figure, category by category.
-
-    Args:
-      objects: by name.
-      columns: pictures side by side.
+    """All objects in one figure, category by category, `columns` pictures side by side.
 
     Raises:
       ValueError: no objects.

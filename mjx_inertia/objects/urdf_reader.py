@@ -43,11 +43,7 @@ _CONTENT = ("inertial", "visual", "collision")
 
 
 def read_urdf(path: Path, root: ET.Element) -> FileBody:
-    """The body that the links of a file make up.
-
-    Args:
-      path: of the file, beside or below which meshes are found.
-      root: its element `robot`.
+    """The body that the links of a file make up; `root` is its element `robot`.
 
     Raises:
       ValueError: a joint that moves, links that nothing joins or that share a name, or elements
