@@ -10,13 +10,13 @@ import numpy as np
 
 from mjx_inertia.command import Parser, run_command
 from mjx_inertia.files import check_writable
-from mjx_inertia.grasping.gripper import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
+from mjx_inertia.grasping.grasp import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
 from mjx_inertia.grasping.picture import picture_of, save_picture
 from mjx_inertia.grasping.ranking import CRITERIA, rank_grasps, ranking_table
 from mjx_inertia.grasping.sampler import SamplerSettings, sample_grasps
 from mjx_inertia.grasping.task_path import TASKS, object_path
 from mjx_inertia.objects import ObjectModel, import_object, load_catalogue
-from mjx_inertia.objects.catalogue.recipe import nearest
+from mjx_inertia.objects.catalogue.load import nearest
 from mjx_inertia.robots import Arm, baxter, load_arm, lwa4d
 from mjx_inertia.spatial import Pose
 

@@ -3,13 +3,15 @@
 In: an `Arm`, the object's `InertialParameters` and how the hand holds it, both of which may be
 traced. Out: the arm with that payload, whose mass matrix, bias forces and torques are then those of
 the augmented object (Khatib 1987), and what the hand feels of it. Redundant arms go through
-Λ = (J M⁻¹ Jᵀ)⁻¹ and the dynamically consistent inverse (errata 13).
-Operational quantities are at the hand's origin, or at another point of the hand, in world axes;
-twists and wrenches are (linear, angular). At a singular configuration Λ has no finite value.
+Λ = (J M⁻¹ Jᵀ)⁻¹ and the dynamically consistent inverse (errata 13). At a singular configuration Λ
+has no finite value.
+Operational quantities are at the hand's origin, or at another `point` (m) of the hand in its frame,
+in world axes; twists and wrenches are (linear, angular).
 """
 
 from collections.abc import Sequence
 
+import jax
 import jax.numpy as jnp
 import jaxlie
 from flax import struct
@@ -30,8 +32,6 @@ from mjx_inertia.spatial import (
     InertialParameters,
     change_frame,
     combine,
-    inertia_about,
-    skew,
 )
 from mjx_inertia.spatial.components import Component, components, minus, once, stacked
 from mjx_inertia.spatial.small_cholesky import (
@@ -62,17 +62,10 @@ class OperationalDynamics:
 
 
 def with_payload(arm: Arm, payload: InertialParameters, T_hand_obj: jaxlie.SE3) -> Arm:
-    """The arm that holds an object, together with what it held before.
-
-    Args:
-      arm: the arm.
-      payload: of the object, in the object's frame.
-      T_hand_obj: the object in the hand.
-    """
-    T_link_obj = arm.T_link_hand.to_se3() @ T_hand_obj
-    held = change_frame(payload, T_link_obj)
+    """The arm that holds an object (`payload` in its own frame) beside what it held before."""
+    held = change_frame(payload, arm.T_link_hand.to_se3() @ T_hand_obj)
     if arm.payload is not None:
-        held = combine(_pair(arm.payload, held))
+        held = combine(jax.tree.map(lambda *each: jnp.stack(each), arm.payload, held))
     return arm.replace(payload=held)
 
 
@@ -85,12 +78,8 @@ def operational_inertia(
 ) -> Float[Array, "r r"]:
     """Λ = (J M⁻¹ Jᵀ)⁻¹: the inertia of the arm, its payload included, as the hand feels it.
 
-    Args:
-      arm: the arm.
-      q: joint positions.
-      point: of the hand at which it is meant, m, in the hand's frame; its origin if None.
-      translation: (J_v M⁻¹ J_vᵀ)⁻¹ of the translation alone, 3 × 3: the hand free to turn. It is
-        not the upper left block of Λ, which is that of a hand kept from turning.
+    With `translation` it is (J_v M⁻¹ J_vᵀ)⁻¹, 3 × 3, of a hand free to turn. That is not the upper
+    left block of Λ, which is that of a hand kept from turning.
     """
     check_joints(arm, q=q)
     factor = factorize(composite_bodies(arm, unstack(q)))
@@ -107,13 +96,7 @@ def effective_mass(
 ) -> Float[Array, ""]:
     """Mass (kg) that a body feels which hits the hand: 1 / (uᵀ J_v M⁻¹ J_vᵀ u).
 
-    Khatib 1995; thesis Sec. 5.2.
-
-    Args:
-      arm: the arm.
-      q: joint positions.
-      direction: u, of the impact, of length 1, in world axes.
-      point: of the hand that is hit, m, in the hand's frame; its origin if None.
+    `direction` is u, a unit vector in world axes (Khatib 1995; thesis Sec. 5.2).
     """
     check_joints(arm, q=q)
     rows = _rows(arm, link_frames(arm, unstack(q)), point, translation=True)
@@ -133,12 +116,7 @@ def operational_dynamics(
 ) -> OperationalDynamics:
     """Λ, J, J̄, μ and p in one state; Khatib 1987, Eqs 49 to 51.
 
-    Args:
-      arm: the arm.
-      q: joint positions.
-      qd: joint velocities.
-      point: of the hand at which they are meant, m, in the hand's frame; its origin if None.
-      translation: of the translation alone (r = 3) rather than of the twist (r = 6).
+    With `translation` of the translation alone (r = 3) rather than of the twist (r = 6).
     """
     check_joints(arm, q=q, qd=qd)
     frames = link_frames(arm, unstack(q))
@@ -151,11 +129,13 @@ def operational_dynamics(
     consistent = [
         [once(inner(line, column)) for line in inertia] for column in zip(*responses, strict=True)
     ]
+    # joint torques of gravity, and of gravity with Coriolis forces
     weight = newton_euler(arm, unstack(q), zeros(arm), zeros(arm))
     bias = newton_euler(arm, unstack(q), unstack(qd), zeros(arm))
     columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
     linear, angular = jacobian_rate_twist(columns, unstack(qd))
     drift = [*linear, *angular][: len(rows)]
+    # μ = J̄ᵀ (bias - weight) - Λ J̇ q̇
     by_hand = list(zip(*consistent, strict=True))
     coriolis = [
         minus(minus(inner(line, bias), inner(line, weight)), inner(inertia[i], drift))
@@ -170,23 +150,6 @@ def operational_dynamics(
     )
 
 
-def object_inertia(
-    payload: InertialParameters, T_world_hand: jaxlie.SE3, T_hand_obj: jaxlie.SE3
-) -> Float[Array, "6 6"]:
-    """Λ_o: a held object's spatial inertia at the hand's origin, in world axes.
-
-    Λ of an arm with the object is Λ of the arm plus this: v_com = v + ω × r with r from the hand to
-    the CoM, so Λ_o = Tᵀ diag(m 1, R I R^T) T with T = [[1, -[r]×], [0, 1]] (errata 14).
-    """
-    T_world_obj = T_world_hand @ T_hand_obj
-    placed = change_frame(payload, T_world_obj)
-    r = placed.com - T_world_hand.translation()
-    across = placed.mass * skew(r)
-    about_hand = inertia_about(placed, T_world_hand.translation())
-    unit = jnp.eye(3, dtype=r.dtype)
-    return jnp.block([[placed.mass * unit, -across], [across, about_hand]])
-
-
 def _rows(arm: Arm, frames: list[Frame], point: Point, translation: bool) -> Sequence[Row]:
     """The hand's Jacobian."""
     columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
@@ -197,11 +160,3 @@ def _rows(arm: Arm, frames: list[Frame], point: Point, translation: bool) -> Seq
 def _gram(half: Sequence[Row]) -> list[list[Component]]:
     """J M⁻¹ Jᵀ, its lower half, from rows L⁻¹ jᵀ."""
     return [[once(inner(a, b)) for b in half[: i + 1]] for i, a in enumerate(half)]
-
-
-def _pair(a: InertialParameters, b: InertialParameters) -> InertialParameters:
-    return InertialParameters(
-        jnp.stack([a.mass, b.mass]),
-        jnp.stack([a.com, b.com]),
-        jnp.stack([a.inertia, b.inertia]),
-    )

@@ -32,10 +32,8 @@ def grasp_map(
 ) -> Float[Array, "6 k_4"]:
     """Wrench on the object by (normal force, two tangential ones, torsion) of each contact.
 
-    Args:
-      contacts: of one grasp.
-      reference: point about which moments are taken, m, in the object frame; the CoM as a rule.
-      length: m, by which moments are divided, so that all six rows are forces.
+    Moments are about `reference` (m, object frame; usually the CoM) and divided by `length` (m), so
+    that all six rows are forces.
     """
 
     def columns(point: Array, normal: Array) -> Array:
@@ -71,13 +69,8 @@ def support(
 ) -> Float[Array, " k"]:
     """Greatest power (W) of each contact on a twist of the object, per normal force of 1 N.
 
-    The support function of what a contact can do with f_n = 1, in closed form.
-
-    Args:
-      contacts: of one grasp.
-      pad: friction.
-      twist: velocity (m/s) of `reference` and angular velocity (rad/s), in the object's axes.
-      reference: m, in the object frame.
+    The support function of the friction cone with f_n = 1, in closed form. The twist is the
+    velocity (m/s) of `reference` (m, object frame) and the angular velocity (rad/s).
     """
     linear, angular = twist[:3], twist[3:]
     velocity = linear + jnp.cross(angular, contacts.points - reference)
@@ -89,14 +82,7 @@ def support(
 
 
 def antipodal_margin(contacts: Contacts, pad: SoftFinger) -> Float[Array, ""]:
-    """By what angle (rad) the line between two contacts is inside both friction cones.
-
-    Negative where it is outside of one.
-
-    Args:
-      contacts: the two of one grasp.
-      pad: friction.
-    """
+    """Angle (rad) by which the line between two contacts is inside both cones; negative outside."""
     across = contacts.points[1] - contacts.points[0]
     along = jnp.stack(
         [jnp.sum(contacts.normals[0] * across), -jnp.sum(contacts.normals[1] * across)]
@@ -110,9 +96,5 @@ def is_force_closure(contacts: Contacts, pad: SoftFinger) -> Bool[Array, ""]:
 
     They can exactly where the line between them is inside both friction cones and the pads resist
     torsion (Nguyen 1988, "Constructing force-closure grasps", IJRR 7(3), Corollary 2).
-
-    Args:
-      contacts: the two of one grasp.
-      pad: friction.
     """
     return (antipodal_margin(contacts, pad) > 0.0) & (jnp.asarray(pad.torsion) > 0.0)

@@ -16,8 +16,7 @@ import trimesh
 from jaxtyping import Array, Bool, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.grasping.grasp import Grasp, HandFrames
-from mjx_inertia.grasping.gripper import Gripper
+from mjx_inertia.grasping.grasp import Grasp, Gripper, HandFrames
 from mjx_inertia.objects import ObjectModel
 
 _BLOCK = 64  # hands whose edges are looked at together
@@ -73,7 +72,7 @@ def grasp_fit(
 
 
 def above_plane(gripper: Gripper, hands: HandFrames, clearance: float) -> Bool[ndarray, " n"]:
-    """Whether all three boxes are above z = 0; arguments as for `collides`."""
+    """Whether all three boxes of the hand are above z = 0."""
     centers = gripper.box_centers(_opening(gripper, hands.width, clearance))
     height = hands.origin[:, None, 2] + np.einsum("nk,nbk->nb", hands.axes[:, 2], centers)
     reach = np.einsum("nk,bk->nb", np.abs(hands.axes[:, 2]), gripper.half_extents)
@@ -83,14 +82,7 @@ def above_plane(gripper: Gripper, hands: HandFrames, clearance: float) -> Bool[n
 def collides(
     mesh: trimesh.Trimesh, gripper: Gripper, hands: HandFrames, clearance: float
 ) -> Bool[ndarray, " n"]:
-    """Whether finger or palm overlaps the solid in the mesh.
-
-    Args:
-      mesh: watertight.
-      gripper: the hand.
-      hands: in the frame of the mesh.
-      clearance: as for `grasp_fit`.
-    """
+    """Whether finger or palm overlaps the solid in a watertight mesh; hands in its frame."""
     centers = gripper.box_centers(_opening(gripper, hands.width, clearance))
     hit = np.zeros(len(centers), dtype=bool)
     starts, vectors = _box_edges(gripper.half_extents)
@@ -110,13 +102,7 @@ def pads_blocked(
     """Whether the object is where a finger has to be, whatever the direction of approach.
 
     Looks along the closing direction through the middles of both fingers: part of what `collides`
-    looks at, once for all approaches to a pair of contacts.
-
-    Args:
-      mesh: watertight.
-      gripper: the hand.
-      points: contacts of pad 0 and pad 1, m.
-      clearance: as for `grasp_fit`.
+    looks at, once for all approaches to the contacts (m) of pad 0 and pad 1.
     """
     width = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
     along = (points[:, 1] - points[:, 0]) / width[:, None]

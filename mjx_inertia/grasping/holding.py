@@ -1,18 +1,72 @@
-"""How hard a jaw must squeeze at the hardest moment of a whole task.
+"""How hard a parallel jaw must squeeze to hold a payload, at one moment and through a whole task.
 
-In: grasps, a payload, an `ObjectPath`. Out: the object's accelerations along the path, and one
-gripping force for each grasp.
+In: contacts, the payload's inertial parameters, how it moves or its `ObjectPath`. Out: the wrench
+that the fingers must exert, and the least force of the jaw.
 """
 
 import jax
 import jax.numpy as jnp
+from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.grasping.contact_model import SoftFinger
 from mjx_inertia.grasping.grasp import Contacts
-from mjx_inertia.grasping.jaw_force import ObjectMotion, gripping_force
 from mjx_inertia.grasping.task_path import ObjectPath, moving_frame_twist, object_pose_at
+from mjx_inertia.grasping.two_soft_fingers import least_squeeze
 from mjx_inertia.spatial import AnyArray, InertialParameters
+
+
+@struct.dataclass
+class ObjectMotion:
+    """How an object frame moves at one moment (with leading axes: at many), in world axes."""
+
+    R_world_obj: Float[AnyArray, "*n 3 3"]  # rotation matrix of the object frame
+    acceleration: Float[Array, "*n 3"]  # of the origin of the object frame, m/s²
+    angular_velocity: Float[Array, "*n 3"]  # rad/s
+    angular_acceleration: Float[Array, "*n 3"]  # rad/s²
+
+
+def holding_wrench(
+    payload: InertialParameters, motion: ObjectMotion, gravity: Float[AnyArray, "3"]
+) -> Float[Array, "6"]:
+    """Force (N) and moment (N m) about the CoM that hold a payload, in the axes of the object.
+
+    Newton-Euler about the CoM: m (a_com - g) and I α + ω × I ω. The payload is in the object frame,
+    `gravity` (m/s²) in world axes.
+    """
+    turned = motion.R_world_obj.T
+    spin = jnp.sum(turned * motion.angular_velocity, axis=1)
+    spin_up = jnp.sum(turned * motion.angular_acceleration, axis=1)
+    free = jnp.sum(turned * (motion.acceleration - gravity), axis=1)
+    offset = payload.com
+    specific = free + jnp.cross(spin_up, offset) + jnp.cross(spin, jnp.cross(spin, offset))
+    momentum = jnp.sum(payload.inertia * spin, axis=1)
+    moment = jnp.sum(payload.inertia * spin_up, axis=1) + jnp.cross(spin, momentum)
+    return jnp.concatenate([payload.mass * specific, moment])
+
+
+def gripping_force(
+    contacts: Contacts,
+    pad: SoftFinger,
+    payload: InertialParameters,
+    motion: ObjectMotion,
+    gravity: Float[AnyArray, "3"],
+) -> Float[Array, ""]:
+    """Least force (N) of a parallel jaw that holds a payload at one moment.
+
+    It depends on the mass, on the CoM (a lever about the line between the pads loads them with
+    torsion) and, in fast turns, on the inertia tensor. Infinite where the contacts are not in force
+    closure.
+
+    Args:
+      contacts: the two of one grasp, in the object frame.
+      pad: friction.
+      payload: in the object frame.
+      motion: at one moment.
+      gravity: m/s², in world axes.
+    """
+    wrench = holding_wrench(payload, motion, gravity)
+    return least_squeeze(contacts, pad, wrench, payload.com)
 
 
 def object_motion(path: ObjectPath) -> ObjectMotion:
@@ -34,18 +88,7 @@ def greatest_gripping_force(
     path: ObjectPath,
     gravity: Float[AnyArray, "3"],
 ) -> Float[Array, " n"]:
-    """The greatest of the least forces (N) that hold a payload along a path, for n grasps.
-
-    Args:
-      contacts: of n grasps, in the object frame.
-      pad: friction.
-      payload: in the object frame.
-      path: of the object.
-      gravity: m/s², in world axes.
-
-    Returns:
-      Infinite where the contacts are no force closure.
-    """
+    """The greatest `gripping_force` (N) along a path, for the contacts of n grasps."""
     moments = object_motion(path)
 
     def along(one: Contacts) -> Float[Array, ""]:

@@ -1,9 +1,8 @@
 """What a grasp costs along a task: effort, safety, dexterity, limits, work.
 
 In: an `Arm` with its payload (`with_payload`) and a `GraspMotion`. Out: a number for one grasp;
-lower is better. `METRICS` names them. All are smooth where the motion is, so they have
-gradients in the grasp and in the payload. Sums that two metrics share are computed once when they
-are compiled together.
+lower is better. `METRICS` names them. All are smooth where the motion is, so they have gradients in
+the grasp and in the payload.
 """
 
 from collections.abc import Callable
@@ -47,15 +46,7 @@ def state_signals(
     qdd: Float[Array, " n"],
     direction: Float[Array, "3"],
 ) -> AlongPath:
-    """The signals in one state.
-
-    Args:
-      arm: with its payload.
-      q: joint positions.
-      qd: joint velocities.
-      qdd: joint accelerations.
-      direction: of the hand's path, world axes, of length 1.
-    """
+    """The signals in one state; `direction` of the hand's path is a unit vector in world axes."""
     return AlongPath(
         torque=inverse_dynamics(arm, q, qd, qdd),
         effective_mass=effective_mass(arm, q, direction),
@@ -85,21 +76,12 @@ def velocity_manipulability(
 ) -> Float[Array, ""]:
     """Square of the radius of the velocity ellipsoid, 1 / (uᵀ (J_v J_vᵀ)⁻¹ u); errata 18.
 
-    Args:
-      arm: the arm.
-      q: joint positions.
-      direction: u, of length 1, world axes.
+    `direction` is u, a unit vector in world axes.
     """
-    return _ellipsoid(components(hand_jacobian(arm, q)[:3]), components(direction), q)
-
-
-def twist_manipulability(
-    arm: Arm, q: Float[Array, " n"], tangent: Float[Array, "6"], length: float
-) -> Float[Array, ""]:
-    """Velocity manipulability of the whole twist; `length` (m) weighs a radian; errata 18."""
-    scale = jnp.array([1.0 / length] * 3 + [1.0] * 3, q.dtype)
-    rows, scaled = hand_jacobian(arm, q) * scale[:, None], tangent * scale
-    return _ellipsoid(components(rows), components(scaled / jnp.linalg.norm(scaled)), q)
+    rows, u = components(hand_jacobian(arm, q)[:3]), components(direction)
+    gram = [[inner(a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
+    half = solve_lower(factorize(gram), u)
+    return jnp.asarray(1.0 / inner(half, half), q.dtype)
 
 
 def effort(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
@@ -141,9 +123,3 @@ METRICS: dict[str, Metric] = {
     "peak_torque": peak_torque,
     "work": work,
 }
-
-
-def _ellipsoid(rows: tuple, u: tuple, q: Array) -> Float[Array, ""]:
-    gram = [[inner(a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
-    half = solve_lower(factorize(gram), u)
-    return jnp.asarray(1.0 / inner(half, half), q.dtype)

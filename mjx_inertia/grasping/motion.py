@@ -104,14 +104,7 @@ def quadrature(path: ObjectPath) -> Float[Array, " k"]:
 def motion_status(
     arm: Arm, motion: GraspMotion, torque: Float[Array, "k n"], settings: ReachSettings
 ) -> Int[Array, ""]:
-    """`GraspStatus` of a motion.
-
-    Args:
-      arm: whose limits count.
-      motion: the motion.
-      torque: of the joints along it, N m.
-      settings: what counts as reached.
-    """
+    """`GraspStatus` of a motion with the joint torques (N m) along it."""
     tolerance = jnp.array([settings.position_tolerance, settings.angle_tolerance])
 
     def beyond(values: Array, limit: Array) -> Bool[Array, ""]:
@@ -128,6 +121,7 @@ def motion_status(
         (GraspStatus.SINGULAR, ~(jnp.min(motion.conditioning) > settings.singular)),
         (GraspStatus.UNREACHED, ~(jnp.all(motion.error < tolerance) & finite)),
     )
+    # the first reason counts, so it is written last
     status = jnp.int32(GraspStatus.OK)
     for code, failed in checks:
         status = jnp.where(failed, jnp.int32(code), status)

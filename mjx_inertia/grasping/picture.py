@@ -21,8 +21,7 @@ from numpy import ndarray
 from scipy.spatial import cKDTree
 
 from mjx_inertia.files import write_whole
-from mjx_inertia.grasping.grasp import Grasp
-from mjx_inertia.grasping.gripper import Gripper
+from mjx_inertia.grasping.grasp import Grasp, Gripper
 from mjx_inertia.grasping.ranking import UNITS, GraspRanking
 from mjx_inertia.grasping.task_path import ObjectPath, object_pose_at
 from mjx_inertia.objects import ObjectModel
@@ -107,14 +106,7 @@ def painted(
     cost: Float[ndarray, " n"],
     color: ScalarMappable,
 ) -> tuple[trimesh.Trimesh, Float[ndarray, "f 3"]]:
-    """A finer mesh of the surface and the colour of each of its faces.
-
-    Args:
-      mesh: the surface.
-      contacts: of each grasp, m.
-      cost: of each grasp.
-      color: of a cost.
-    """
+    """A finer mesh of the surface, and the colour of each of its faces by the costs of contacts."""
     size = float(mesh.scale)
     parts = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, size / 50.0)
     fine = trimesh.Trimesh(parts[0], parts[1], process=False)
@@ -150,11 +142,8 @@ def arm_meshes(
 ) -> list[trimesh.Trimesh]:
     """Rods from joint to joint, thinner towards the hand, with balls at the joints; world frame.
 
-    Args:
-      arm: the arm.
-      q: joint positions.
-      hand_length: by how much the last rod ends before the hand's frame, against its z, m.
-      thickness: radius at the base, m.
+    The last rod ends `hand_length` (m) before the hand's frame; `thickness` is the radius at the
+    base, m.
     """
     at = jnp.asarray(q)
     links = np.asarray(link_poses(arm, at).translation)

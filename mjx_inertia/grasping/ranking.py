@@ -1,30 +1,34 @@
-"""The grasps of one object for one task, best first.
+"""What many grasps of one object cost for one task, and which to take.
 
-In: an arm, an object, grasps of it, its path. Out: `GraspRanking` with every metric, the force that
-holds the object, the Pareto set, and why the others are out; and the same as a table.
+In: an `Arm`, a payload, grasps or hands in the object's frame (leading axis n), an `ObjectPath`.
+Out: `GraspCosts`, a table of metrics with a status on each row, computed in one compiled program;
+`GraspRanking` with the force that holds the object, the Pareto set, and why the others are out; the
+same as text.
 """
 
 import dataclasses
+import functools
+from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from flax import struct
+from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
 from mjx_inertia.command import aligned
+from mjx_inertia.grasping.augmented import with_payload
 from mjx_inertia.grasping.contact_model import SoftFinger
-from mjx_inertia.grasping.evaluate import GraspCosts, evaluate_grasps
-from mjx_inertia.grasping.grasp import Grasp
-from mjx_inertia.grasping.gripper import Gripper
+from mjx_inertia.grasping.grasp import Grasp, Gripper
 from mjx_inertia.grasping.holding import greatest_gripping_force
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings
-from mjx_inertia.grasping.metrics import METRICS
-from mjx_inertia.grasping.motion import GraspStatus
+from mjx_inertia.grasping.metrics import METRICS, AlongPath, signals_along_path
+from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, motion_status, plan_motion
 from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.pareto import pareto_set
-from mjx_inertia.robots import Arm
-from mjx_inertia.spatial import InertialParameters, Pose
+from mjx_inertia.robots import Arm, over_states
+from mjx_inertia.spatial import Consistency, InertialParameters, Pose, check_consistency
 
 FORCE = "gripping_force"
 CRITERIA = (*METRICS, FORCE)
@@ -34,6 +38,75 @@ UNITS = {
     "effort": "N m", "energy": "(N m)²", "effective_mass": "kg", "inverse_manipulability": "1/m²",
     "peak_torque": "of limit", "work": "J", FORCE: "N",
 }  # fmt: skip
+_BLOCK = 128  # grasps of a compiled block: their waypoints are a second batch
+
+
+@struct.dataclass
+class GraspCosts:
+    """What n grasps cost."""
+
+    # a column for each metric; finite where the status is one of motion, not of reach
+    costs: Float[Array, "n m"]
+    status: Int[Array, " n"]  # `GraspStatus`
+    motion: GraspMotion  # of each grasp
+    signals: AlongPath  # of each grasp
+    names: tuple[str, ...] = struct.field(pytree_node=False, default=())  # of the columns
+
+    def usable(self) -> Float[np.ndarray, "n m"]:
+        """The costs, infinite in rows whose status is not OK."""
+        fine = np.asarray(self.status) == GraspStatus.OK
+        return np.where(fine[:, None], np.asarray(self.costs), np.inf)
+
+
+def grasp_costs(
+    arm: Arm,
+    payload: InertialParameters,
+    T_obj_hand: Pose,
+    motion: GraspMotion,
+    metrics: Sequence[str] = tuple(METRICS),
+    settings: ReachSettings | None = None,
+) -> tuple[Float[Array, " m"], Int[Array, ""], AlongPath]:
+    """Metrics and status of one grasp whose motion is known; differentiable in the payload.
+
+    Arguments as for `evaluate_grasps`.
+    """
+    holding = with_payload(arm, payload, T_obj_hand.inverse().to_se3())
+    signals = signals_along_path(holding, motion)
+    costs = jnp.stack([METRICS[name](holding, motion, signals) for name in metrics])
+    status = motion_status(arm, motion, signals.torque, settings or ReachSettings())
+    bad = check_consistency(payload) > Consistency.ON_BOUNDARY
+    return costs, jnp.where(bad, jnp.int32(GraspStatus.BAD_PAYLOAD), status), signals
+
+
+def evaluate_grasps(
+    arm: Arm,
+    payload: InertialParameters,
+    T_obj_hand: Pose,
+    path: ObjectPath,
+    metrics: Sequence[str] = tuple(METRICS),
+    settings: ReachSettings | None = None,
+) -> GraspCosts:
+    """Plans the motion of each grasp and takes the metrics.
+
+    Args:
+      arm: without the object.
+      payload: of the object, in its own frame.
+      T_obj_hand: hands in the object's frame, leading axis n.
+      path: of the object.
+      metrics: names in `METRICS`.
+      settings: how poses are reached.
+
+    Raises:
+      ValueError: an unknown metric, or no grasps.
+    """
+    for name in metrics:
+        if name not in METRICS:
+            raise ValueError(f"metrics: unknown metric {name!r}; choose from {sorted(METRICS)}")
+    if len(T_obj_hand.translation) == 0:
+        raise ValueError("T_obj_hand: there are no grasps to evaluate")
+    chosen = settings or ReachSettings()
+    found = _program(_Key(arm), tuple(metrics), chosen)(payload, T_obj_hand, path)
+    return GraspCosts(*found, names=tuple(metrics))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,7 +155,7 @@ def rank_grasps(
     friction: float = 0.5,
     settings: ReachSettings | None = None,
 ) -> GraspRanking:
-    """Evaluates grasps by every metric and orders them by one.
+    """Evaluates grasps by every metric and orders those that can be used by one.
 
     Args:
       arm: with its hand's frame at the finger tips, fingers closing along y; without the object.
@@ -129,3 +202,34 @@ def ranking_table(ranking: GraspRanking, rows: int = 10) -> str:
         width = f"{1e3 * float(ranking.grasps.width[row]):.1f}"
         lines.append([f"{rank}{star}", *figures, width, place])
     return "\n".join(aligned(lines, left=(len(lines[0]) - 1,)))
+
+
+class _Key:
+    """An arm by its values, so that one compiled program serves equal arms."""
+
+    def __init__(self, arm: Arm) -> None:
+        self.arm = arm
+        leaves, structure = jax.tree.flatten(arm)
+        self._value = (str(structure), tuple(np.asarray(leaf).tobytes() for leaf in leaves))
+
+    def __hash__(self) -> int:
+        return hash(self._value)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._value == other._value
+
+
+@functools.lru_cache(maxsize=32)
+def _program(key: _Key, metrics: tuple[str, ...], settings: ReachSettings):  # noqa: ANN202
+    arm = key.arm
+
+    @jax.jit
+    def run(payload: InertialParameters, hands: Pose, path: ObjectPath) -> tuple:
+        def one(hand: Pose) -> tuple:
+            motion = plan_motion(arm, hand, path, settings)
+            costs, status, signals = grasp_costs(arm, payload, hand, motion, metrics, settings)
+            return costs, status, motion, signals
+
+        return over_states(one, _BLOCK)(hands)
+
+    return run

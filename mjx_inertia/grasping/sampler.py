@@ -12,8 +12,7 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.grasping.grasp import Grasp, grasps_at, hand_frames_from_points
-from mjx_inertia.grasping.gripper import Gripper
+from mjx_inertia.grasping.grasp import Grasp, Gripper, grasps_at, hand_frames_from_points
 from mjx_inertia.grasping.hand_clearance import above_plane, collides, pads_blocked
 from mjx_inertia.objects import ObjectModel
 from mjx_inertia.spatial import AnyArray

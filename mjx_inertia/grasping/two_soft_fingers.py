@@ -52,16 +52,13 @@ def least_squeeze(
 
     The fingers of a parallel jaw move as one, so the jaw's force is half the difference of the
     finger forces along the line between the contacts (virtual work); their sum is borne by the
-    guide.
+    guide. Infinite where the contacts are not in force closure.
 
     Args:
       contacts: the two of one grasp.
       pad: friction; its torsion must be positive.
       wrench: force (N) and moment (N m) about `reference`, in the axes of the object.
       reference: m, in the object frame.
-
-    Returns:
-      Infinite where two contacts are no force closure.
     """
     cones, reach = _cones(contacts, pad, wrench, reference)
     one, zero = jnp.ones_like(cones[0].a), jnp.zeros_like(cones[0].a)
@@ -77,17 +74,9 @@ def least_normal_force(
     *,
     norm: str = "l1",
 ) -> Float[Array, ""]:
-    """Least normal force (N) with which two contacts exert `wrench`.
+    """Least normal force (N) with which two contacts exert `wrench`; else as `least_squeeze`.
 
-    Args:
-      contacts: as for `least_squeeze`, as are `pad`, `wrench` and `reference`.
-      pad: friction.
-      wrench: force and moment.
-      reference: of the moment.
-      norm: "l1" for the sum of both normal forces, "linf" for the greater one.
-
-    Returns:
-      Infinite where two contacts are no force closure.
+    With `norm` "l1" it is the sum of both normal forces, with "linf" the greater one.
 
     Raises:
       ValueError: another norm.

@@ -45,9 +45,9 @@ def epsilon_quality(
     Args:
       contacts: the two of one grasp.
       pad: friction.
-      reference: of moments, m, in the object frame; the CoM as a rule.
-      length: by which moments are divided, m.
-      norm: "l1" or "linf", see the module.
+      reference: of moments, m, in the object frame; usually the CoM.
+      length: m, by which moments are divided.
+      norm: "l1" or "linf": normal forces of at most 1 N in sum, or each.
     """
     held = jax.lax.stop_gradient((contacts, pad, reference, jnp.asarray(length)))
 
@@ -87,32 +87,6 @@ def _directions() -> Float[ndarray, "d 6"]:
     return np.concatenate([np.eye(6), -np.eye(6), drawn])
 
 
-def wrench_ellipsoid_volume(
-    contacts: Contacts,
-    pad: SoftFinger,
-    reference: Float[Array, "3"],
-    length: Float[Array, ""] | float,
-) -> Float[Array, ""]:
-    """sqrt(det(G D Gᵀ)): volume, up to a constant, of the wrenches of contact forces of length 1.
-
-    A smooth stand-in for the volume of the wrench space (Li and Sastry 1988, "Task-oriented optimal
-    grasping", IEEE J. RA 4(1)); tangential forces count by the friction, torsions by the pad's
-    torsion. It does not know that fingers only push.
-
-    Args:
-      contacts: of one grasp.
-      pad: friction.
-      reference: of moments, m, in the object frame.
-      length: by which moments are divided, m.
-    """
-    matrix = grasp_map(contacts, reference, length)
-    one = jnp.ones((), matrix.dtype)
-    scale = jnp.stack([one, pad.friction * one, pad.friction * one, pad.torsion * one])
-    scaled = matrix * jnp.tile(scale, contacts.points.shape[0])
-    product = jnp.einsum("ij,kj->ik", scaled, scaled, precision="highest")
-    return jnp.sqrt(jnp.maximum(jnp.linalg.det(product), 0.0))
-
-
 @dataclasses.dataclass(frozen=True)
 class WrenchHull:
     """The wrench space with linearised friction cones."""
@@ -134,15 +108,9 @@ def wrench_hull(
 
     Cones are replaced by the hull of points on them, so both figures are too low, by an amount that
     falls with the square of `edges`. Qhull's input is joggled, because points of a cone are
-    cospherical. For ε of many grasps of two fingers use `epsilon_quality`.
-
-    Args:
-      contacts: of one grasp.
-      pad: friction.
-      reference: of moments, m, in the object frame.
-      length: by which moments are divided, m.
-      norm: "l1" or "linf", see the module; "linf" takes seconds, for its points are all sums.
-      edges: of the linearised cone, in each of its two directions.
+    cospherical. Arguments as for `epsilon_quality`, which is the one to use for ε of many grasps of
+    two fingers; `edges` are those of a cone in each of its two directions. "linf" takes seconds,
+    because its points are all sums.
 
     Raises:
       ValueError: another norm, or fewer than 4 edges.

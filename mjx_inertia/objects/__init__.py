@@ -1,84 +1,64 @@
-"""Shapes with their true inertia: the catalogue, prisms on an outline, published objects."""
+"""Shapes with their true inertia: catalogue, prisms, composites, files, what cameras see."""
 
-from mjx_inertia.objects.catalogue.load import (
-    CATEGORIES as CATEGORIES,
-    load_catalogue as load_catalogue,
-)
-from mjx_inertia.objects.compose import (
+from mjx_inertia.objects.catalogue.load import load_catalogue as load_catalogue
+from mjx_inertia.objects.composition import (
     combine_objects as combine_objects,
+    from_parts as from_parts,
     re_mass as re_mass,
     scale_object as scale_object,
 )
 from mjx_inertia.objects.convex import (
-    area_error as area_error,
     convex_pieces as convex_pieces,
     hull_vertices as hull_vertices,
     upright as upright,
 )
-from mjx_inertia.objects.density_field import properties_of_field as properties_of_field
 from mjx_inertia.objects.depth_camera import (
     CameraSettings as CameraSettings,
-    DepthViews as DepthViews,
     camera_ring as camera_ring,
     cast_views as cast_views,
     join_views as join_views,
-    point_cloud as point_cloud,
     with_noise as with_noise,
 )
 from mjx_inertia.objects.depth_fusion import (
-    FusedSolid as FusedSolid,
     FusionSettings as FusionSettings,
     TriangleMesh as TriangleMesh,
-    fuse_views as fuse_views,
 )
 from mjx_inertia.objects.export import export_objects as export_objects
 from mjx_inertia.objects.manifolds import outlines_between as outlines_between
 from mjx_inertia.objects.mcube import load_mcube_objects as load_mcube_objects
-from mjx_inertia.objects.mesh_defects import (
-    Finding as Finding,
-    MeshDefect as MeshDefect,
-    find_defects as find_defects,
-)
+from mjx_inertia.objects.mesh_defects import find_defects as find_defects
 from mjx_inertia.objects.mesh_integrals import (
     mass_properties as mass_properties,
     polyhedron_properties as polyhedron_properties,
 )
-from mjx_inertia.objects.mesh_repair import RepairedMesh as RepairedMesh, repair_mesh as repair_mesh
-from mjx_inertia.objects.model import ObjectModel as ObjectModel
+from mjx_inertia.objects.mesh_repair import repair_mesh as repair_mesh
+from mjx_inertia.objects.model import (
+    ObjectModel as ObjectModel,
+    Part as Part,
+    cube as cube,
+    cuboid as cuboid,
+    prism as prism,
+)
 from mjx_inertia.objects.object_import import import_object as import_object
 from mjx_inertia.objects.outline import (
     OutlineContact as OutlineContact,
-    PlanarIntegrals as PlanarIntegrals,
     closest_on_outline as closest_on_outline,
     friction_radius as friction_radius,
     planar_integrals as planar_integrals,
     signed_area as signed_area,
 )
-from mjx_inertia.objects.part import (
-    Part as Part,
-    moved as moved,
-    on_table as on_table,
-    transformed as transformed,
-    turned as turned,
-)
-from mjx_inertia.objects.part_assembly import from_parts as from_parts
-from mjx_inertia.objects.prisms import cube as cube, cuboid as cuboid, prism as prism
 from mjx_inertia.objects.random_shapes import (
     RandomShapes as RandomShapes,
     random_objects as random_objects,
 )
-from mjx_inertia.objects.shape_and_push import (
+from mjx_inertia.objects.shape_estimate import (
     FULL_INERTIA_NAMES as FULL_INERTIA_NAMES,
     FullInertia as FullInertia,
-    UniformityTest as UniformityTest,
-    combine_shape_and_push as combine_shape_and_push,
-)
-from mjx_inertia.objects.shape_estimate import (
     ShapeEstimate as ShapeEstimate,
+    combine_shape_and_push as combine_shape_and_push,
     estimate_shape as estimate_shape,
 )
 from mjx_inertia.objects.voxels import (
-    VoxelGrid as VoxelGrid,
     voxel_properties as voxel_properties,
     voxelize as voxelize,
 )

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from mjx_inertia.command import Parser, run_command
 from mjx_inertia.objects.catalogue.load import CATEGORIES, load_catalogue
 from mjx_inertia.objects.export import FORMATS, export_objects
-from mjx_inertia.objects.gallery import gallery
-from mjx_inertia.objects.listing import object_table
+from mjx_inertia.objects.gallery import gallery, object_table
 
 _COMMANDS = ("list", "gallery", "export")
 

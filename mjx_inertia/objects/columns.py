@@ -65,10 +65,7 @@ def grid_crossings(
 ) -> ColumnCrossings:
     """Crossings of the columns of a grid with triangles that close.
 
-    Args:
-      corners: (f, 3, 3), m.
-      faces: (f, 3) names of the corners, the same for faces that share one.
-      grid: where the columns stand.
+    `corners` are in m; `faces` name them, with one name for faces that share a corner.
     """
     first = np.floor((corners[..., :2].min(axis=1) - grid.corner) / grid.spacing - 0.5)
     last = np.ceil((corners[..., :2].max(axis=1) - grid.corner) / grid.spacing - 0.5)

@@ -61,13 +61,6 @@ def convex_pieces(
     return tuple(done)
 
 
-def area_error(outline: Float[ndarray, "k 2"], pieces: tuple[Float[ndarray, "_ 2"], ...]) -> float:
-    """Area that is in `outline` or in the union of `pieces` but not in both, as a fraction."""
-    whole = shapely.Polygon(outline)
-    union = shapely.union_all([shapely.Polygon(piece) for piece in pieces])
-    return whole.symmetric_difference(union).area / whole.area
-
-
 def _depth(piece: BaseGeometry) -> float:
     """How far the boundary of a piece's hull is from the piece, in m."""
     return float(_notch_depths(_vertices(piece)).max())
@@ -127,11 +120,8 @@ def prism_pieces(
 ) -> Pieces:
     """Convex bodies whose union is close to an upright prism on polygons with or without holes.
 
-    Args:
-      plan: m.
-      height: m.
-      base: z of the lower face, m.
-      coarse: m, by which they may miss the plan, if that is more than is usual for its thickness.
+    `base` is the z of the lower face, m. The bodies may miss the plan by `coarse`, m, if that is
+    more than is usual for its thickness.
 
     Raises:
       ValueError: more than 200 bodies for one polygon.
@@ -147,10 +137,8 @@ def revolution_pieces(
     A convex piece of the profile that reaches the axis along an edge turns into one body, another
     one into sectors, which fill a hollow up to their chords.
 
-    Args:
-      profile: m, radii from 0.
-      sections: facets around the axis; a multiple of the number of sectors.
-      coarse: as in `prism_pieces`.
+    Radii (m) are from 0; `sections`, the facets around the axis, is a multiple of the number of
+    sectors; `coarse` is as for `prism_pieces`.
 
     Raises:
       ValueError: more than 200 bodies for one polygon.

@@ -1,6 +1,6 @@
 """Where the surface of a mesh passes through itself.
 
-In: triangles in space. Out: the pairs of them that cross. Pairs are found by a hierarchy of
+In: triangles in space. Out: the pairs of them that cross. Pairs are found by a tree of
 bounding boxes and tested edge against face, in NumPy: meshes are checked once, outside any compiled
 function. Surfaces that only touch (parts side by side, a shared edge or vertex, faces in one plane)
 do not cross.
@@ -9,10 +9,11 @@ do not cross.
 from collections.abc import Iterator
 
 import numpy as np
+import shapely
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-_CHUNK = 1 << 17  # pairs looked at together, to bound the memory
+_CHUNK = 1 << 11  # faces looked at together, to bound the memory
 
 
 def crossing_faces(
@@ -21,9 +22,8 @@ def crossing_faces(
     """Pairs of triangles of which an edge of the first passes through the second.
 
     Args:
-      corners: (f, 3, 3) positions, not far from the origin for their size.
-      faces: (f, 3) names of the corners; triangles with two in common are neighbours and do not
-        cross each other.
+      corners: positions, not far from the origin for their size.
+      faces: names of the corners; triangles with two in common do not cross each other.
       tolerance: distance, in the unit of the corners, by which the edge must pass the plane of the
         other triangle on both sides, and that triangle's sides.
     """
@@ -44,45 +44,16 @@ def _pairs_with_overlapping_boxes(
 ) -> Iterator[Int[ndarray, "p 2"]]:
     """Pairs of boxes that overlap or touch, some at a time.
 
-    A binary tree of boxes over a Morton order of the centres, descended for many pairs of nodes at
-    once.
+    By a tree of their rectangles along the two axes on which the mesh is longest.
     """
-    order = np.argsort(_morton_code(0.5 * (low + high)), kind="stable")
-    levels = max(0, (len(low) - 1).bit_length())
-    missing = (1 << levels) - len(low)
-    lows = [np.pad(low[order], ((0, missing), (0, 0)), constant_values=np.inf)]
-    highs = [np.pad(high[order], ((0, missing), (0, 0)), constant_values=-np.inf)]
-    for _ in range(levels):
-        lows.append(np.minimum(lows[-1][::2], lows[-1][1::2]))
-        highs.append(np.maximum(highs[-1][::2], highs[-1][1::2]))
-    waiting = [(levels, np.zeros((1, 2), dtype=np.int64))]
-    while waiting:
-        level, nodes = waiting.pop()
-        if level == 0:
-            yield order[nodes[nodes[:, 0] != nodes[:, 1]]]
-            continue
-        nodes = np.concatenate([2 * nodes + np.array([i, j]) for i in (0, 1) for j in (0, 1)])
-        a, b = nodes[nodes[:, 0] <= nodes[:, 1]].T
-        apart = np.zeros(len(a), dtype=bool)
-        for axis in range(3):
-            least, most = lows[level - 1][:, axis], highs[level - 1][:, axis]
-            apart |= (least[a] > most[b]) | (least[b] > most[a])
-        nodes = np.stack([a[~apart], b[~apart]], axis=1)
-        waiting += [
-            (level - 1, nodes[start : start + _CHUNK]) for start in range(0, len(nodes), _CHUNK)
-        ]
-
-
-def _morton_code(points: Float[ndarray, "f 3"]) -> Int[ndarray, " f"]:
-    """Interleaved bits of the coordinates: points close on the curve are close in space."""
-    low = points.min(axis=0)
-    extent = max(float(np.max(points.max(axis=0) - low)), np.finfo(np.float64).tiny)
-    cells = ((points - low) / extent * 1023.0).astype(np.int64)
-    code = np.zeros(len(points), dtype=np.int64)
-    for bit in range(10):
-        for axis in range(3):
-            code |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return code
+    z, x, y = np.argsort(high.max(axis=0) - low.min(axis=0))
+    rectangles = shapely.box(low[:, x], low[:, y], high[:, x], high[:, y])
+    tree = shapely.STRtree(rectangles)
+    for start in range(0, len(low), _CHUNK):
+        a, b = tree.query(rectangles[start : start + _CHUNK])
+        a = a + start
+        near = (a < b) & (low[a, z] <= high[b, z]) & (low[b, z] <= high[a, z])
+        yield np.stack([a[near], b[near]], axis=1)
 
 
 def _planes(corners: Float[ndarray, "f 3 3"]) -> Float[ndarray, "f 4"]:

@@ -34,7 +34,7 @@ from mjx_inertia.objects.manifolds import (
     section,
     to_manifold,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _NOTHING = 2e-3  # of the whole volume: what a part's hull may add
 _WASTE = 0.02  # of a part's volume: what all hulls of its bodies may add
@@ -49,13 +49,9 @@ _CUTS = 5  # planes to choose from across each direction of a body
 def object_pieces(parts: Sequence[Part], whole: manifold3d.Manifold) -> Pieces:
     """Convex bodies whose union is close to an object.
 
-    Of each part its own where it has some; else its hull, if that adds little to the whole; else
-    the pieces of the prism or the solid of revolution that it is; else those that planes cut it
-    into.
-
-    Args:
-      parts: of the object.
-      whole: their union.
+    Each part gives its own pieces where it has some; else its hull, if that adds little to the
+    whole; else the pieces of the prism or the solid of revolution that it is; else those that
+    planes cut it into.
     """
     solid = filled(whole)
     low, high = np.array(whole.bounding_box()).reshape(2, 3)

@@ -88,11 +88,7 @@ def cast_views(
 ) -> DepthViews:
     """What noiseless depth cameras see of a mesh, by casting a ray through each pixel's middle.
 
-    Args:
-      vertices: (v, 3) in the world frame, m.
-      faces: (f, 3).
-      T_world_camera: poses, with one leading axis.
-      settings: of all cameras.
+    Vertices (m) are in the world frame; the poses have one leading axis.
 
     Raises:
       ValueError: the poses have not exactly one leading axis.

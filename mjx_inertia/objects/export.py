@@ -18,8 +18,7 @@ import numpy as np
 import trimesh
 
 from mjx_inertia.files import write_whole
-from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.part import Color
+from mjx_inertia.objects.model import Color, ObjectModel
 
 Format = Literal["urdf", "mjcf"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -43,7 +42,7 @@ class _VisualFile:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _MeshFiles:
-    """The files of one object."""
+    """The mesh files of one object."""
 
     visuals: tuple[_VisualFile, ...]  # which together are the object
     collisions: tuple[str, ...]  # names of files, each of a convex mesh
@@ -105,7 +104,10 @@ def _export(obj: ObjectModel, name: str, folder: Path, formats: list[str]) -> li
         suffix, text = _WRITERS[one]
         written.append(folder / f"{name}{suffix}")
         write_whole(written[-1], text(obj, name, files))
-    _remove_older(meshes, files)
+    # meshes of an older export with more parts or pieces, which nothing names any more
+    for path in meshes.iterdir():
+        if re.fullmatch(r"(part|piece)_\d+\.obj", path.name) and path.name not in files.content:
+            path.unlink()
     return written
 
 
@@ -119,13 +121,6 @@ def _make_writable(folder: Path) -> None:
         ) from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise OSError(f"{folder}: expected a folder to write into, found one that is read-only")
-
-
-def _remove_older(meshes: Path, files: _MeshFiles) -> None:
-    """Meshes of an export with more parts or pieces, which nothing names any more."""
-    for path in meshes.iterdir():
-        if re.fullmatch(r"(part|piece)_\d+\.obj", path.name) and path.name not in files.content:
-            path.unlink()
 
 
 def _mesh_files(obj: ObjectModel) -> _MeshFiles:
@@ -159,14 +154,8 @@ def _mesh_files(obj: ObjectModel) -> _MeshFiles:
 def _wavefront(name: str, what: str, mesh: trimesh.Trimesh) -> bytes:
     if not np.all(np.isfinite(mesh.vertices)):
         raise ValueError(f"{name}: the mesh of {what} has vertices that are not finite")
-    text = mesh.export(
-        file_type="obj",
-        digits=_DIGITS,
-        include_normals=False,
-        include_color=False,
-        include_texture=False,
-        header=None,
-    )
+    without = dict.fromkeys(("include_normals", "include_color", "include_texture"), False)
+    text = mesh.export(file_type="obj", digits=_DIGITS, header=None, **without)
     return f"# {name}, {what}; m\n{text}\n".encode()
 
 
@@ -185,7 +174,12 @@ def _urdf_text(obj: ObjectModel, name: str, files: _MeshFiles) -> bytes:
     keep = ("strippath", "fusestatic", "discardvisual", "balanceinertia")
     ET.SubElement(mujoco, "compiler", {key: "false" for key in keep})
     link = ET.SubElement(robot, "link", name=name)
-    _urdf_inertial(link, obj)
+    # the tensor is about the CoM in the axes of the link
+    com, mass, tensor = _inertial_text(obj)
+    inertial = ET.SubElement(link, "inertial")
+    ET.SubElement(inertial, "origin", xyz=com, rpy="0 0 0")
+    ET.SubElement(inertial, "mass", value=mass)
+    ET.SubElement(inertial, "inertia", {f"i{axes}": text for axes, text in tensor.items()})
     for i, visual in enumerate(files.visuals):
         element = _urdf_geometry(link, "visual", visual.file)
         material = ET.SubElement(element, "material", name=f"{name}_part_{i}")
@@ -195,18 +189,6 @@ def _urdf_text(obj: ObjectModel, name: str, files: _MeshFiles) -> bytes:
     contact = ET.SubElement(link, "contact")
     ET.SubElement(contact, "lateral_friction", value=_numbers([obj.friction]))
     return _pretty(robot)
-
-
-def _urdf_inertial(link: ET.Element, obj: ObjectModel) -> None:
-    """The tensor is about the CoM in the axes of the link."""
-    tensor = np.asarray(obj.inertial.inertia, np.float64)
-    inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=_numbers(np.asarray(obj.inertial.com)), rpy="0 0 0")
-    ET.SubElement(inertial, "mass", value=_numbers([float(obj.inertial.mass)]))
-    upper = {
-        f"i{'xyz'[i]}{'xyz'[j]}": _numbers([tensor[i, j]]) for i in range(3) for j in range(i, 3)
-    }
-    ET.SubElement(inertial, "inertia", upper)
 
 
 def _urdf_geometry(link: ET.Element, kind: str, file: str) -> ET.Element:
@@ -237,7 +219,9 @@ def _mjcf_text(obj: ObjectModel, name: str, files: _MeshFiles) -> bytes:
     world = ET.SubElement(root, "worldbody")
     body = ET.SubElement(world, "body", name=name)
     ET.SubElement(body, "freejoint", name=name)
-    _mjcf_inertial(body, obj)
+    com, mass, tensor = _inertial_text(obj)
+    full = " ".join(tensor[axes] for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    ET.SubElement(body, "inertial", pos=com, mass=mass, fullinertia=full)
     for visual in files.visuals:
         geom = _mjcf_geom(assets, body, name, visual.file, _VISUAL_GROUP)
         geom.attrib |= {"contype": "0", "conaffinity": "0"}
@@ -251,18 +235,6 @@ def _mjcf_text(obj: ObjectModel, name: str, files: _MeshFiles) -> bytes:
     return _pretty(root)
 
 
-def _mjcf_inertial(body: ET.Element, obj: ObjectModel) -> None:
-    tensor = np.asarray(obj.inertial.inertia, np.float64)
-    rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]  # xx yy zz xy xz yz
-    ET.SubElement(
-        body,
-        "inertial",
-        pos=_numbers(np.asarray(obj.inertial.com)),
-        mass=_numbers([float(obj.inertial.mass)]),
-        fullinertia=_numbers(tensor[rows, columns]),
-    )
-
-
 def _mjcf_geom(
     assets: ET.Element, body: ET.Element, name: str, file: str, group: str
 ) -> ET.Element:
@@ -270,6 +242,13 @@ def _mjcf_geom(
     inertia = "exact" if group == _VISUAL_GROUP else "convex"
     ET.SubElement(assets, "mesh", name=mesh, file=file, inertia=inertia)
     return ET.SubElement(body, "geom", name=mesh, type="mesh", mesh=mesh, group=group)
+
+
+def _inertial_text(obj: ObjectModel) -> tuple[str, str, dict[str, str]]:
+    """CoM, mass, and the entries of the tensor about the CoM by their axes."""
+    tensor = np.asarray(obj.inertial.inertia, np.float64)
+    entries = {"xyz"[i] + "xyz"[j]: _numbers([tensor[i, j]]) for i in range(3) for j in range(i, 3)}
+    return _numbers(np.asarray(obj.inertial.com)), _numbers([float(obj.inertial.mass)]), entries
 
 
 def _numbers(values: Iterable[float]) -> str:

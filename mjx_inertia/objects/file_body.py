@@ -4,18 +4,14 @@ In: meshes, named primitives. Out: `FileBody`, which the readers of URDF, MJCF a
 """
 
 import dataclasses
-from collections.abc import Sequence
 from pathlib import Path
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.part import Color, Part, transformed
-from mjx_inertia.objects.part_assembly import combine_bodies
+from mjx_inertia.objects.model import Color, transform_mesh
 from mjx_inertia.spatial import InertialParameters
 
 _SECTIONS = 128  # facets around a primitive: 0.04 % of a cylinder's volume
@@ -122,35 +118,3 @@ def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:
                 mesh = trimesh.creation.capsule(length / radius, 1.0, count=_CAPSULE)
             return transform_mesh(mesh, np.diag([radius, radius, radius, 1.0]))
     raise ValueError(f"a geometry of kind {kind!r}, which bounds no solid")
-
-
-def stated_inertial(
-    mass: float, about_com: Float[ndarray, "3 3"], T_body_axes: Transform
-) -> InertialParameters:
-    """Parameters as files state them, in the frame of the body; in double precision, NumPy arrays.
-
-    Args:
-      mass: kg.
-      about_com: tensor about the CoM, kg m², in axes of its own.
-      T_body_axes: pose of these axes, at the CoM.
-    """
-    R_body_axes = T_body_axes[:3, :3]
-    turned = R_body_axes @ about_com @ R_body_axes.T
-    with jax.enable_x64(True):
-        body = InertialParameters(
-            mass=jnp.asarray(mass),
-            com=jnp.asarray(T_body_axes[:3, 3]),
-            inertia=jnp.asarray(0.5 * (turned + turned.T)),
-        )
-        return jax.tree.map(np.asarray, body)
-
-
-def combine_bodies_float64(bodies: Sequence[InertialParameters]) -> InertialParameters:
-    """Bodies in one frame as one body, in double precision, as NumPy arrays."""
-    with jax.enable_x64(True):
-        return jax.tree.map(np.asarray, combine_bodies(bodies))
-
-
-def transform_mesh(mesh: trimesh.Trimesh, T_new_old: Transform) -> trimesh.Trimesh:
-    """The mesh at a rigid or affine pose; its faces stay outward where that mirrors it."""
-    return transformed(Part(mesh, 1.0), T_new_old).mesh

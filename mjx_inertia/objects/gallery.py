@@ -1,28 +1,31 @@
-"""A labelled sheet of objects with their centres of mass and principal axes.
+"""Objects with their figures: a table, and a sheet of pictures with CoM and principal axes.
 
-In: `ObjectModel`s, a path. Out: one PNG, or a page of HTML that holds its pictures. Red, green and
-blue lines are the axes of the smallest, the middle and the largest principal moment, as long as
-those of the uniform ellipsoid with the same mass and tensor.
+In: `ObjectModel`s, a path. Out: plain text; one PNG, or a page of HTML that holds its pictures.
+Red, green and blue lines are the axes of the smallest, the middle and the largest principal moment,
+as long as those of the uniform ellipsoid with the same mass and tensor.
 """
 
 import base64
+import dataclasses
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
 from matplotlib.patheffects import Normal, Stroke
+from numpy import ndarray
 from tqdm import tqdm
 
 from mjx_inertia import runtime
+from mjx_inertia.command import aligned
 from mjx_inertia.files import check_writable, write_whole
-from mjx_inertia.objects.listing import ObjectSummary, summarize_object
 from mjx_inertia.objects.model import ObjectModel
 from mjx_inertia.objects.picture import Picture, View, draw_meshes
 
@@ -36,16 +39,67 @@ _CELL, _TEXT, _HEADING, _MARGIN = 240, 46, 46, 24  # pixels
 _DPI = 100
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class ObjectSummary:
+    """Figures of one object, in the units that one would say them in."""
+
+    name: str  # of the object
+    category: str  # of the catalogue
+    size_mm: Float[ndarray, "3"]  # extents along x, y, z
+    mass: float  # kg
+    com_mm: Float[ndarray, "3"]  # in the object frame
+    moments: Float[ndarray, "3"]  # principal moments about the CoM, largest first, kg m²
+    axes: Float[ndarray, "3 3"]  # of these moments, rows, unit vectors in the object frame
+    # of the uniform ellipsoid with the same mass and tensor, along `axes`, m
+    semi_axes: Float[ndarray, "3"]
+
+
+def summarize_object(obj: ObjectModel) -> ObjectSummary:
+    """The figures of an object."""
+    mass = float(obj.inertial.mass)
+    moments, axes = np.linalg.eigh(np.asarray(obj.inertial.inertia, np.float64))
+    moments, axes = moments[::-1], axes.T[::-1]
+    # an ellipsoid has I₁ = m (b² + c²) / 5, so a² = 5 (I₁ + I₂ + I₃ - 2 I₁) / (2 m)
+    squares = 2.5 * (moments.sum() - 2.0 * moments) / mass
+    return ObjectSummary(
+        name=obj.name,
+        category=obj.category,
+        size_mm=2e3 * obj.half_extents,
+        mass=mass,
+        com_mm=1e3 * np.asarray(obj.inertial.com, np.float64),
+        moments=moments,
+        axes=axes,
+        semi_axes=np.sqrt(np.maximum(squares, 0.0)),
+    )
+
+
+def object_table(objects: Iterable[ObjectModel]) -> str:
+    """Name, category, size, mass, CoM, principal moments and `pieces_error` of each, aligned."""
+    head = ("name", "category", "size / mm", "mass / kg", "CoM / mm", "principal moments / kg m²")
+    head = (*head, "pieces off, %")
+    rows = [
+        head,
+        *((*_cells(summarize_object(o)), f"{100.0 * o.pieces_error:.1f}") for o in objects),
+    ]
+    lines = aligned(rows, left=(0, 1, 2, 4, 5))
+    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
+
+
+def _cells(figures: ObjectSummary) -> tuple[str, ...]:
+    return (
+        figures.name,
+        figures.category,
+        " x ".join(f"{x:3.0f}" for x in figures.size_mm),
+        f"{figures.mass:.3f}",
+        " ".join(f"{x + 0.0:6.1f}" for x in np.round(figures.com_mm, 1)),
+        " ".join(f"{x:.3e}" for x in figures.moments),
+    )
+
+
 def gallery(
     objects: Mapping[str, ObjectModel], path: Path | str, *, columns: int = 8, progress: bool = True
 ) -> None:
-    """Draws all objects, category by category, into a file.
-
-    Args:
-      objects: by name.
-      path: ends in .png or .html.
-      columns: pictures side by side in the PNG.
-      progress: whether to show a progress bar.
+    """Draws all objects, category by category, into a PNG or HTML file, with a progress bar.
 
     Raises:
       ValueError: another ending, or no objects.
@@ -62,11 +116,7 @@ def gallery(
 
 
 def sheet(objects: Mapping[str, ObjectModel], *, columns: int = 8) -> Figure:
-    """All objects in one figure, category by category.
-
-    Args:
-      objects: by name.
-      columns: pictures side by side.
+    """All objects in one figure, category by category, `columns` pictures side by side.
 
     Raises:
       ValueError: no objects.

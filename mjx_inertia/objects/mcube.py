@@ -14,8 +14,7 @@ import yaml
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.prisms import prism
+from mjx_inertia.objects.model import ObjectModel, prism
 
 _ELLIPSE_VERTICES = 180  # the outline stays within 0.02 % of the semi-axis of the curve
 _KEYS = {"mass", "inertia_zz", "com", "height", "outline", "ellipse"}

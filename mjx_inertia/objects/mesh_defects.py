@@ -71,9 +71,7 @@ def find_defects(
     connected part. Self-intersections count from a depth of 2e-7 of the mesh's size on; shallower
     ones are rounding of single precision.
 
-    Args:
-      vertices: (v, 3), in any unit.
-      faces: (f, 3) indices of vertices.
+    Vertices may be in any unit.
 
     Raises:
       ValueError: `vertices` or `faces` has another shape or type.
@@ -120,9 +118,7 @@ def checked_mesh(
 def check_closed(faces: Integer[ndarray, "f 3"], vertices: int) -> None:
     """Raises `ValueError` unless faces close and agree in winding, whatever the vertices' places.
 
-    Args:
-      faces: (f, 3) indices; only equal indices count as one vertex.
-      vertices: how many there are.
+    Only equal indices count as one vertex; `vertices` is how many there are.
     """
     triangles = _index_array(faces)
     found = _bad_indices(triangles, vertices) or _open_edges(triangles)

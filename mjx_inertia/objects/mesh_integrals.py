@@ -11,6 +11,7 @@ Mathematics and Statistics 1(1)), which are the same polynomials without a choic
 import jax
 import jax.numpy as jnp
 import numpy as np
+import trimesh
 from jaxtyping import Array, Bool, Float, Integer
 from numpy import ndarray
 
@@ -50,8 +51,8 @@ def mass_properties(
 
     Returns:
       Parameters in the frame of the vertices, in the precision that JAX works in. The integrals are
-      taken about the middle of the bounding box, so a frame far away costs only the rounding of
-      the vertices themselves.
+      taken about the middle of the bounding box, so a frame far away costs no more than the
+      rounding of the vertices.
 
     Warns:
       UserWarning: a self-intersection or overlap, named, that falsifies less than 0.1 % of the
@@ -62,7 +63,7 @@ def mass_properties(
         positive.
     """
     check_density(density)
-    points, triangles = checked_solid(vertices, faces)
+    points, triangles = _checked_solid(vertices, faces)
     if not (isinstance(points, ndarray) and isinstance(triangles, ndarray)):
         return polyhedron_properties(jnp.asarray(points), triangles, density)
     return known_solid_properties(points, triangles, density)
@@ -77,7 +78,7 @@ def known_solid_properties(
 
     Triangles without area are added up to a power of two, so that few sizes are compiled.
     """
-    middle = middle_of(vertices)
+    middle = _middle(vertices)
     local = vertices - middle
     missing = (1 << max(6, (len(faces) - 1).bit_length())) - len(faces)
     a, b, c = (jnp.asarray(np.pad(local[faces[:, k]], ((0, missing), (0, 0)))) for k in range(3))
@@ -85,16 +86,19 @@ def known_solid_properties(
     return about_middle.replace(com=about_middle.com + middle)
 
 
-def checked_solid(
+def solid_properties_float64(mesh: trimesh.Trimesh, density: float) -> InertialParameters:
+    """`known_solid_properties` in double precision, as NumPy arrays."""
+    with jax.enable_x64(True):
+        body = known_solid_properties(mesh.vertices, mesh.faces, density)
+        return jax.tree.map(np.asarray, body)
+
+
+def _checked_solid(
     vertices: Float[AnyArray, "v 3"], faces: Integer[AnyArray, "f 3"]
 ) -> tuple[Float[AnyArray, "v 3"], Integer[AnyArray, "f 3"]]:
     """The mesh after the checks that its values allow, as `mass_properties` describes.
 
-    Returns:
-      float64 and int64 NumPy arrays where both are concrete, else JAX arrays.
-
-    Raises:
-      ValueError: a defect of the mesh by its name.
+    As float64 and int64 NumPy arrays where both are concrete, else as JAX arrays.
     """
     known = [not isinstance(x, jax.core.Tracer) for x in (vertices, faces)]
     if all(known):
@@ -133,7 +137,7 @@ def polyhedron_properties(
     A solid whose volume or density is not positive has NaN in every field.
     """
     # The integrals over a closed surface do not depend on the reference point, nor do their slopes.
-    middle = jax.lax.stop_gradient(middle_of(vertices))
+    middle = jax.lax.stop_gradient(_middle(vertices))
     local = vertices - middle
     filled = jnp.pad(jnp.asarray(faces), ((0, -len(faces) % _ROWS), (0, 0)))
     corners = local[filled[:, 0]], local[filled[:, 1]], local[filled[:, 2]]
@@ -202,6 +206,6 @@ def nowhere_negative(values: Float[Array, "..."]) -> Bool[Array, ""]:
     return jnp.min(values) >= -_ROUNDING * jnp.max(values)
 
 
-def middle_of(vertices: Float[AnyArray, "v 3"]) -> Float[AnyArray, "3"]:
+def _middle(vertices: Float[AnyArray, "v 3"]) -> Float[AnyArray, "3"]:
     """Middle of the bounding box: the reference point, from which nothing is far."""
     return 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))

@@ -38,10 +38,6 @@ def repair_mesh(vertices: Float[AnyArray, "v 3"], faces: Integer[AnyArray, "f 3"
     closed by fans; winding is made consistent and outward; bodies that overlap are united. A single
     body that passes through itself stays as it is.
 
-    Args:
-      vertices: (v, 3), in any unit.
-      faces: (f, 3) indices of vertices.
-
     Raises:
       ValueError: a fatal defect remains, by its name; or `vertices` or `faces` has another shape.
     """

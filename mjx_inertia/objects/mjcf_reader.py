@@ -18,13 +18,16 @@ from mjx_inertia.objects.file_body import (
     FileBody,
     FileShape,
     Transform,
-    combine_bodies_float64,
     primitive_mesh,
     read_mesh,
-    stated_inertial,
-    transform_mesh,
 )
-from mjx_inertia.spatial import InertialParameters
+from mjx_inertia.objects.model import transform_mesh
+from mjx_inertia.spatial import (
+    InertialParameters,
+    change_frame_float64,
+    combine_float64,
+    inertial_float64,
+)
 
 _UNNAMED = ("", "MuJoCo Model")  # what MuJoCo calls a model without a name
 _SAME = 1e-5  # of the size: a file's vertices and MuJoCo's, in single precision
@@ -106,16 +109,12 @@ def _pose(position: Float[ndarray, "3"], wxyz: Float[ndarray, "4"]) -> Transform
 
 def _inertial(model: mujoco.MjModel, poses: dict[int, Transform]) -> InertialParameters:
     """Of all bodies joined."""
-    return combine_bodies_float64(
-        [
-            stated_inertial(
-                float(model.body_mass[i]),
-                np.diag(model.body_inertia[i]),
-                T_top_body @ _pose(model.body_ipos[i], model.body_iquat[i]),
-            )
-            for i, T_top_body in poses.items()
-        ]
-    )
+    bodies = []
+    for i, T_top_body in poses.items():
+        own = inertial_float64(model.body_mass[i], np.zeros(3), np.diag(model.body_inertia[i]))
+        T_body_axes = _pose(model.body_ipos[i], model.body_iquat[i])
+        bodies.append(change_frame_float64(own, T_top_body @ T_body_axes))
+    return combine_float64(bodies)
 
 
 def _shape(geom: mujoco.MjsGeom, model: mujoco.MjModel, poses: dict[int, Transform]) -> FileShape:

@@ -1,13 +1,14 @@
 """A rigid object as pushing and grasping see it: a solid with known inertia, at rest on a table.
 
 In: a silhouette, a height, inertial parameters, and the solid itself unless it is an upright prism.
-Out: `ObjectModel`, checked.
+Out: `ObjectModel`, checked; upright prisms of given mass; `Part`, of which other objects consist.
 """
 
 import dataclasses
 import functools
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import shapely
 import trimesh
@@ -16,15 +17,68 @@ from numpy import ndarray
 
 from mjx_inertia.objects.convex import convex_pieces, pieces_error, upright
 from mjx_inertia.objects.outline import PlanarIntegrals, planar_integrals, signed_area
-from mjx_inertia.objects.part import Color, Part
 from mjx_inertia.spatial import (
     Consistency,
     InertialParameters,
     check_consistency,
     explain_consistency,
+    inertia_from_second_moment,
 )
 
 _check_consistency = jax.jit(check_consistency)
+
+Color = tuple[float, float, float]  # red, green, blue, each from 0 to 1
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Part:
+    """A piece of one material."""
+
+    # closed surface with outward faces, m, in the frame of the object (z up, base at z = 0 in the
+    # resting pose)
+    mesh: trimesh.Trimesh
+    density: float  # kg/m³
+    color: Color = (0.6, 0.6, 0.6)
+    # vertices of convex bodies whose union is close to the part, for collision, where its
+    # construction knows them; without any, a convex part is its own piece and another one is
+    # decomposed
+    pieces: tuple[Float[ndarray, "_ 3"], ...] = ()
+
+
+def transform_mesh(mesh: trimesh.Trimesh, T_new_old: Float[ndarray, "4 4"]) -> trimesh.Trimesh:
+    """The mesh at a rigid or affine pose; its faces stay outward where that mirrors it."""
+    A = T_new_old[:3, :3]
+    faces = mesh.faces if np.linalg.det(A) > 0.0 else mesh.faces[:, ::-1]
+    return trimesh.Trimesh(mesh.vertices @ A.T + T_new_old[:3, 3], faces, process=False)
+
+
+def transformed(part: Part, T_new_old: Float[ndarray, "4 4"]) -> Part:
+    """The part at a rigid or affine pose, which may mirror it."""
+    pieces = tuple(piece @ T_new_old[:3, :3].T + T_new_old[:3, 3] for piece in part.pieces)
+    mesh = transform_mesh(part.mesh, T_new_old)
+    return dataclasses.replace(part, mesh=mesh, pieces=pieces)
+
+
+def moved(part: Part, offset: tuple[float, float, float]) -> Part:
+    """The part displaced by `offset`, m."""
+    return transformed(part, trimesh.transformations.translation_matrix(offset))
+
+
+def turned(
+    part: Part,
+    angle_deg: float,
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0),
+    about: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Part:
+    """The part turned by `angle_deg` around the `axis` through the point `about`, m."""
+    matrix = trimesh.transformations.rotation_matrix(np.radians(angle_deg), axis, about)
+    return transformed(part, matrix)
+
+
+def on_table(*parts: Part) -> tuple[Part, ...]:
+    """Parts moved up or down together so that the lowest point of all is at z = 0."""
+    low = min(float(part.mesh.bounds[0, 2]) for part in parts)
+    return tuple(moved(part, (0.0, 0.0, -low)) for part in parts)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -57,7 +111,7 @@ class ObjectModel:
     parts: tuple[Part, ...] = ()
     category: str = ""  # of the catalogue, or empty
     friction: float = 0.4  # Coulomb's coefficient on a wooden or plastic table
-    color: Color = (0.6, 0.6, 0.6)  # red, green, blue from 0 to 1, where the parts have none
+    color: Color = (0.6, 0.6, 0.6)  # where the parts have none
     source: str = ""  # where the figures come from
 
     def __post_init__(self) -> None:
@@ -159,3 +213,71 @@ def checked_outline(outline: object, name: str) -> Float[ndarray, "k 2"]:
             f"{name}: outline is not simple ({reason}); list its vertices in order around it"
         )
     return vertices if signed_area(vertices) > 0.0 else vertices[::-1].copy()
+
+
+def cube(edge: float, mass: float, name: str = "cube") -> ObjectModel:
+    """A uniform cube centred on the object frame's z axis: I = m a² / 6 about every axis."""
+    return cuboid((edge, edge, edge), mass, name=name)
+
+
+def cuboid(size: tuple[float, float, float], mass: float, name: str = "cuboid") -> ObjectModel:
+    """A uniform cuboid centred on the object frame's z axis; `size` along x, y, z in m."""
+    if not all(np.isfinite(edge) and edge > 0.0 for edge in size):
+        raise ValueError(f"{name}: size {size} m has an edge that is not positive")
+    x, y = 0.5 * size[0], 0.5 * size[1]
+    outline = np.array([[x, y], [-x, y], [-x, -y], [x, -y]])
+    return prism(outline, size[2], mass, name=name)
+
+
+def prism(
+    outline: Float[ndarray, "k 2"],
+    height: float,
+    mass: float,
+    *,
+    inertia_zz: float | None = None,
+    com: tuple[float, float] | None = None,
+    name: str = "prism",
+) -> ObjectModel:
+    """An upright prism on `outline`.
+
+    Uniform density unless told otherwise. With `inertia_zz`, the mass is taken to be spread like
+    the outline but scaled in the plane: the planar second moments keep their ratios and sum to
+    I_zz, while the spread along z stays m h² / 12. `com` moves the CoM in the plane and leaves
+    the tensor about it; the CoM stays at half the height.
+
+    Args:
+      outline: (k, 2), m, simple.
+      height: m.
+      mass: kg.
+      inertia_zz: about the CoM, kg m².
+      com: x, y in the object frame, m.
+      name: for messages.
+
+    Raises:
+      ValueError: values that no object can have.
+    """
+    outline = checked_outline(outline, name)
+    if not (np.isfinite(mass) and mass > 0.0):
+        raise ValueError(f"{name}: mass {mass} kg is not positive")
+    if inertia_zz is not None and not (np.isfinite(inertia_zz) and inertia_zz > 0.0):
+        raise ValueError(f"{name}: inertia_zz {inertia_zz} kg m² is not positive")
+    if com is not None and not np.all(np.isfinite(com)):
+        raise ValueError(f"{name}: com {com} m is not finite")
+    plane = planar_integrals(outline)
+    spread = mass * plane.second_moment / plane.area
+    if inertia_zz is not None:
+        spread = spread * (inertia_zz / np.trace(spread))
+    second_moment = np.zeros((3, 3))
+    second_moment[:2, :2] = spread
+    second_moment[2, 2] = mass * height**2 / 12.0
+    center = plane.centroid if com is None else np.asarray(com, dtype=np.float64)
+    return ObjectModel(
+        name=name,
+        outline=outline,
+        height=height,
+        inertial=InertialParameters(
+            mass=jnp.asarray(np.float64(mass)),
+            com=jnp.asarray(np.append(center, 0.5 * height)),
+            inertia=inertia_from_second_moment(jnp.asarray(second_moment)),
+        ),
+    )

@@ -16,25 +16,18 @@ import manifold3d
 import numpy as np
 import trimesh
 
+from mjx_inertia.objects.composition import SUPPORT_DEPTH, main_color
 from mjx_inertia.objects.convex import Pieces, hull_vertices
 from mjx_inertia.objects.decomposition import object_pieces
-from mjx_inertia.objects.file_body import (
-    FileBody,
-    FileShape,
-    combine_bodies_float64,
-    read_mesh,
-    transform_mesh,
-)
+from mjx_inertia.objects.file_body import FileBody, FileShape, read_mesh
 from mjx_inertia.objects.manifolds import from_manifold, lowest, silhouette, to_manifold, union
 from mjx_inertia.objects.mesh_defects import checked_mesh
-from mjx_inertia.objects.mesh_integrals import is_positive, known_solid_properties
+from mjx_inertia.objects.mesh_integrals import is_positive, solid_properties_float64
 from mjx_inertia.objects.mesh_repair import repair_mesh
 from mjx_inertia.objects.mjcf_reader import read_mjcf
-from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.part import Part
-from mjx_inertia.objects.part_assembly import SUPPORT_DEPTH, main_color
+from mjx_inertia.objects.model import ObjectModel, Part, transform_mesh
 from mjx_inertia.objects.urdf_reader import read_urdf
-from mjx_inertia.spatial import InertialParameters
+from mjx_inertia.spatial import InertialParameters, combine_float64
 
 Shape = Literal["visual", "collision"]
 
@@ -144,15 +137,13 @@ def _object(
         inertial = _stated(body, up)
         _warn_of_misfit(inertial, from_manifold(whole.hull()))
     else:
-        inertial = _uniform(whole, density)
+        inertial = solid_properties_float64(from_manifold(whole), density)
     colored = [Part(solid.mesh, 1.0, solid.color or _GREY) for solid in solids]
     return ObjectModel(
         name=body.name,
         outline=silhouette(whole, body.name),
         height=whole.bounding_box()[5],
-        inertial=InertialParameters(
-            *map(jnp.asarray, (inertial.mass, inertial.com, inertial.inertia))
-        ),
+        inertial=jax.tree.map(jnp.asarray, inertial),
         pieces=_pieces(collisions, solids, whole),
         support=lowest(whole, SUPPORT_DEPTH),
         mesh=from_manifold(whole),
@@ -237,14 +228,6 @@ def _lifted(shapes: Sequence[FileShape], by: float) -> tuple[FileShape, ...]:
     return tuple(dataclasses.replace(s, mesh=transform_mesh(s.mesh, matrix)) for s in shapes)
 
 
-def _uniform(solid: manifold3d.Manifold, density: float) -> InertialParameters:
-    """In double precision, as NumPy arrays."""
-    mesh = from_manifold(solid)
-    with jax.enable_x64(True):
-        body = known_solid_properties(mesh.vertices, mesh.faces, density)
-        return jax.tree.map(np.asarray, body)
-
-
 def _parts(
     solids: Sequence[FileShape], density: float | None, inertial: InertialParameters, volume: float
 ) -> tuple[Part, ...]:
@@ -260,9 +243,7 @@ def _parts(
     )
     if any(not part.density > 0.0 for part in parts):
         return ()
-    total = combine_bodies_float64(
-        [_uniform(to_manifold(part.mesh), part.density) for part in parts]
-    )
+    total = combine_float64([solid_properties_float64(p.mesh, p.density) for p in parts])
     for found, stated in zip(jax.tree.leaves(total), jax.tree.leaves(inertial), strict=True):
         if not np.allclose(found, stated, rtol=0.0, atol=_AGREE * np.abs(stated).max()):
             return ()

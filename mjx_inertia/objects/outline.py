@@ -8,6 +8,7 @@ outlines are read once, outside any compiled function.
 import dataclasses
 
 import numpy as np
+import shapely
 from jaxtyping import Float, Int
 from numpy import ndarray
 
@@ -79,12 +80,8 @@ def friction_radius(
 
     Under uniform pressure this is c = m_max / f_max, the largest friction moment about that point
     over the largest friction force (thesis Eq. 3.6, with the moment as a magnitude μ ∫ |r| p dA).
-    For a square of edge a about its centre it is 0.3826 a.
-
-    Args:
-      outline: one ring, or those of several patches, counter-clockwise, and of their holes,
-        clockwise.
-      about: m.
+    For a square of edge a about its centre it is 0.3826 a. The outline is one ring, or several:
+    those of patches counter-clockwise, those of their holes clockwise.
 
     Raises:
       ValueError: the rings enclose no area.
@@ -132,7 +129,7 @@ def closest_on_outline(
     edge = np.argmin(squared, axis=1)
     rows = np.arange(len(points))
     closest, gap = candidates[rows, edge], np.sqrt(squared[rows, edge])
-    inside = contains(outline, points)
+    inside = shapely.contains_xy(shapely.Polygon(outline), points)
     side = step[edge] / np.linalg.norm(step[edge], axis=1, keepdims=True)
     side_normal = np.stack([-side[:, 1], side[:, 0]], axis=-1)
     towards = np.where(inside, -1.0, 1.0)[:, None] * (closest - points)
@@ -146,17 +143,6 @@ def closest_on_outline(
         normal=np.where(far[:, None], unit, side_normal),
         edge=edge,
     )
-
-
-def contains(outline: Float[ndarray, "k 2"], points: Float[ndarray, "n 2"]) -> ndarray:
-    """Which of `points` lie inside `outline` (crossing number), as (n,) booleans."""
-    a, b = outline, np.roll(outline, -1, axis=0)
-    y = points[:, None, 1]
-    straddles = (a[:, 1] > y) != (b[:, 1] > y)
-    rise = b[:, 1] - a[:, 1]
-    where = (y - a[:, 1]) / np.where(rise == 0.0, 1.0, rise)
-    x_there = a[:, 0] + where * (b[:, 0] - a[:, 0])
-    return np.sum(straddles & (points[:, None, 0] < x_there), axis=1) % 2 == 1
 
 
 def _cross(a: Float[ndarray, "k 2"], b: Float[ndarray, "k 2"]) -> Float[ndarray, " k"]:

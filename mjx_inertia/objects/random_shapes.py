@@ -19,11 +19,9 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import split
 
 from mjx_inertia.objects.convex import prism_pieces
-from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.outline import planar_integrals
-from mjx_inertia.objects.part import Part
-from mjx_inertia.objects.part_assembly import combine_bodies
-from mjx_inertia.spatial import InertialParameters, inertia_from_second_moment
+from mjx_inertia.objects.mesh_integrals import solid_properties_float64
+from mjx_inertia.objects.model import ObjectModel, Part
+from mjx_inertia.spatial import combine_float64
 
 Interval = tuple[float, float]
 _COLORS = np.array([[0.20, 0.40, 0.70], [0.87, 0.55, 0.20], [0.25, 0.55, 0.30], [0.60, 0.30, 0.55]])
@@ -72,37 +70,37 @@ def random_objects(
 
 
 def _random_object(index: int, rng: Generator, settings: RandomShapes) -> ObjectModel:
+    # outline, height and mass
     kind = str(rng.choice(settings.kinds))
     length = rng.uniform(*settings.length)
     area = _fitted(OUTLINES[kind](rng), length, length * rng.uniform(*settings.aspect))
     height = rng.uniform(*settings.height)
     mass = _log_uniform(rng, settings.mass)
+    # one material, or two on either side of a cut; densities that give the mass
     areas, ratio = [area], 1.0
     if rng.random() < settings.two_materials:
         areas = _cut(area, rng)
         ratio = _log_uniform(rng, settings.density_ratio)
     densities = np.array([1.0, ratio])[: len(areas)]
     densities *= mass / (height * sum(d * a.area for d, a in zip(densities, areas, strict=True)))
-    colors = _COLORS[rng.permutation(len(_COLORS))]
-    flat = [
-        (polygon, density, color)
-        for part, density, color in zip(areas, densities, colors, strict=False)
-        for polygon in shapely.get_parts(part)
+    colors = _COLORS[rng.permutation(len(_COLORS))].tolist()
+    parts = [
+        Part(_extruded(polygon, height), float(density), tuple(color))
+        for side, density, color in zip(areas, densities, colors, strict=False)
+        for polygon in shapely.get_parts(side)
     ]
+    body = combine_float64([solid_properties_float64(part.mesh, part.density) for part in parts])
     outer = np.asarray(area.exterior.coords)[:-1]
     rings = [np.asarray(ring.coords)[:-1] for ring in area.interiors]
     return ObjectModel(
         name=f"{kind}_{index}",
         outline=outer,
         height=height,
-        inertial=combine_bodies([_plate(polygon, height, density) for polygon, density, _ in flat]),
+        inertial=jax.tree.map(jnp.asarray, body),
         pieces=prism_pieces(area, height),
         support=(outer, *rings),
         mesh=_extruded(area, height),
-        parts=tuple(
-            Part(_extruded(polygon, height), float(density), (color[0], color[1], color[2]))
-            for polygon, density, color in flat
-        ),
+        parts=tuple(parts),
         friction=rng.uniform(*settings.friction),
         source=f"random family, {kind}",
     )
@@ -136,29 +134,6 @@ def _cut(area: BaseGeometry, rng: Generator) -> list[BaseGeometry]:
         [p for p, side in zip(parts, on_left, strict=True) if side is s] for s in (True, False)
     ]
     return [shapely.MultiPolygon(side) for side in sides if side]
-
-
-def _plate(area: BaseGeometry, height: float, density: float) -> InertialParameters:
-    """Upright prism on a polygon with or without holes, in double precision, as NumPy arrays."""
-    parts = [(1.0, area.exterior), *((-1.0, ring) for ring in area.interiors)]
-    first, second, total = np.zeros(2), np.zeros((2, 2)), 0.0
-    for sign, ring in parts:
-        outline = np.asarray(shapely.Polygon(ring).exterior.coords)[:-1]
-        plane = planar_integrals(outline if shapely.is_ccw(ring) else outline[::-1])
-        total += sign * plane.area
-        first += sign * plane.area * plane.centroid
-        outer = plane.area * np.outer(plane.centroid, plane.centroid)
-        second += sign * (plane.second_moment + outer)
-    center = first / total
-    mass = density * height * total
-    moment = np.zeros((3, 3))
-    moment[:2, :2] = density * height * (second - total * np.outer(center, center))
-    moment[2, 2] = mass * height**2 / 12.0
-    com = np.append(center, 0.5 * height)
-    with jax.enable_x64(True):
-        tensor = inertia_from_second_moment(jnp.asarray(moment))
-        body = InertialParameters(jnp.asarray(mass), jnp.asarray(com), tensor)
-        return jax.tree.map(np.asarray, body)
 
 
 def _extruded(area: BaseGeometry, height: float) -> trimesh.Trimesh:

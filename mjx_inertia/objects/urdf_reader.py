@@ -18,18 +18,18 @@ from mjx_inertia.objects.file_body import (
     FileBody,
     FileShape,
     Transform,
-    combine_bodies_float64,
     primitive_mesh,
     read_mesh,
-    stated_inertial,
-    transform_mesh,
 )
-from mjx_inertia.objects.part import Color
+from mjx_inertia.objects.model import Color, transform_mesh
 from mjx_inertia.spatial import (
     Consistency,
     InertialParameters,
+    change_frame_float64,
     check_consistency,
+    combine_float64,
     explain_consistency,
+    inertial_float64,
 )
 
 _PRIMITIVES = {
@@ -43,11 +43,7 @@ _CONTENT = ("inertial", "visual", "collision")
 
 
 def read_urdf(path: Path, root: ET.Element) -> FileBody:
-    """The body that the links of a file make up.
-
-    Args:
-      path: of the file, beside or below which meshes are found.
-      root: its element `robot`.
+    """The body that the links of a file make up; `root` is its element `robot`.
 
     Raises:
       ValueError: a joint that moves, links that nothing joins or that share a name, or elements
@@ -80,7 +76,7 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
         name=root.get("name", path.stem),
         visuals=_shapes("visual", links, poses, path, colors),
         collisions=_shapes("collision", links, poses, path, colors),
-        inertial=combine_bodies_float64(bodies) if bodies and not lacking else None,
+        inertial=combine_float64(bodies) if bodies and not lacking else None,
         lacking=" and ".join(lacking) or "no link has an <inertial>",
         friction=None if friction is None else float(_numbers(friction, "value", 1, "link")[0]),
         category=note.get("category", ""),
@@ -143,11 +139,9 @@ def _inertial(element: ET.Element, where: str, T_root_link: Transform) -> Inerti
     if mass is None or tensor is None:
         raise ValueError(f"{where}: <inertial> needs <mass> and <inertia>")
     xx, xy, xz, yy, yz, zz = (_numbers(tensor, key, 1, where)[0] for key in _TENSOR)
-    body = stated_inertial(
-        float(_numbers(mass, "value", 1, where)[0]),
-        np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
-        T_root_link @ _origin(element, where),
-    )
+    about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    own = inertial_float64(_numbers(mass, "value", 1, where)[0], np.zeros(3), about_com)
+    body = change_frame_float64(own, T_root_link @ _origin(element, where))
     frame_only = body.mass == 0.0 and not np.any(body.inertia)
     with jax.enable_x64(True):
         if not frame_only and int(check_consistency(body)) > Consistency.ON_BOUNDARY:

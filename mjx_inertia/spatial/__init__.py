@@ -13,6 +13,11 @@ from mjx_inertia.spatial.consistency import (
     explain_consistency as explain_consistency,
     thicken as thicken,
 )
+from mjx_inertia.spatial.float64 import (
+    change_frame_float64 as change_frame_float64,
+    combine_float64 as combine_float64,
+    inertial_float64 as inertial_float64,
+)
 from mjx_inertia.spatial.inertia import (
     InertialParameters as InertialParameters,
     change_frame as change_frame,

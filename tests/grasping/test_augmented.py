@@ -10,7 +10,6 @@ import pytest
 
 from mjx_inertia.grasping import (
     effective_mass,
-    object_inertia,
     operational_dynamics,
     operational_inertia,
     with_payload,
@@ -26,7 +25,7 @@ from mjx_inertia.robots import (
     jacobian_rate_product,
     mass_matrix,
 )
-from mjx_inertia.spatial import InertialParameters, combine
+from mjx_inertia.spatial import InertialParameters, change_frame, combine, to_spatial_inertia
 
 pytestmark = pytest.mark.long
 COUNT = 300
@@ -60,7 +59,7 @@ def evaluated(states, payload, T_hand_obj):
     def one(state, payload, T_hand_obj):
         q, qd, qdd = state
         arm = with_payload(ARM, payload, T_hand_obj)
-        T_world_hand = hand_pose(arm, q)
+        turn = jaxlie.SE3.from_rotation(hand_pose(arm, q).to_se3().rotation())
         return {
             "mass_matrix": mass_matrix(arm, q),
             "bias": bias_force(arm, q, qd),
@@ -72,7 +71,8 @@ def evaluated(states, payload, T_hand_obj):
             "lambda": operational_inertia(arm, q),
             "lambda_v": operational_inertia(arm, q, translation=True),
             "lambda_bare": operational_inertia(ARM, q),
-            "lambda_object": object_inertia(payload, T_world_hand.to_se3(), T_hand_obj),
+            # of the object about the hand, in world axes
+            "lambda_object": to_spatial_inertia(change_frame(payload, turn @ T_hand_obj)),
             "effective_mass": effective_mass(arm, q, jnp.array([0.6, 0.0, 0.8])),
         }
 

@@ -14,12 +14,12 @@ from mjx_inertia.grasping import (
     GraspFit,
     SamplerSettings,
     SoftFinger,
-    antipodal_margin,
     grasp_fit,
     grasps_along,
     grasps_at,
     sample_grasps,
 )
+from mjx_inertia.grasping.contact_model import antipodal_margin
 from mjx_inertia.objects import cuboid, load_catalogue
 
 JAW = PARALLEL_JAW_80MM

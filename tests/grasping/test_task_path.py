@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.grasping import TASKS, Move, Task, object_path, object_pose_at, quintic
+from mjx_inertia.grasping import TASKS, Move, Task, object_path
 from mjx_inertia.grasping.motion import hand_path
+from mjx_inertia.grasping.task_path import object_pose_at, quintic
 from mjx_inertia.spatial import Pose
 
 pytestmark = pytest.mark.float64

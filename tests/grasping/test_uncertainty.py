@@ -12,11 +12,11 @@ from mjx_inertia.grasping import (
     belief_of_push,
     belief_of_ten_numbers,
     draw_payloads,
-    ellipsoid_radius,
     linear_cost,
     regret,
     sampled_cost,
 )
+from mjx_inertia.grasping.uncertainty import ellipsoid_radius
 from mjx_inertia.objects import ShapeEstimate, TriangleMesh
 from mjx_inertia.spatial import (
     Consistency,

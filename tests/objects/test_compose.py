@@ -4,25 +4,18 @@ import jaxlie
 import jaxtyping
 import numpy as np
 import pytest
+from simple_parts import box, cylinder
 
-from mjx_inertia.objects import (
-    combine_objects,
-    cuboid,
-    from_parts,
-    moved,
-    re_mass,
-    scale_object,
-    solids,
-    turned,
-)
+from mjx_inertia.objects import combine_objects, cuboid, from_parts, re_mass, scale_object
+from mjx_inertia.objects.model import moved, turned
 from mjx_inertia.spatial import Consistency, check_consistency
 
 pytestmark = pytest.mark.float64
 
 
 def lamp():
-    foot = solids.cylinder(0.08, 0.02, density=7000.0)
-    pole = solids.cylinder(0.01, 0.3, (0.02, 0.0, 0.02), density=2700.0)
+    foot = cylinder(0.08, 0.02, density=7000.0)
+    pole = cylinder(0.01, 0.3, (0.02, 0.0, 0.02), density=2700.0)
     return from_parts("lamp", [foot, pole], friction=0.5)
 
 
@@ -62,7 +55,7 @@ def test_another_mass():
 
 
 def test_combined_objects_are_the_sum_of_their_parts():
-    brick = from_parts("brick", [solids.box((0.1, 0.05, 0.02), density=1800.0)])
+    brick = from_parts("brick", [box((0.1, 0.05, 0.02), density=1800.0)])
     turn = jaxlie.SO3.from_z_radians(0.7)
     up = jaxlie.SE3.from_rotation_and_translation(turn, np.array([0.02, 0.01, 0.32]))
     both = combine_objects([lamp(), brick], [jaxlie.SE3.identity(), up], name="loaded lamp")

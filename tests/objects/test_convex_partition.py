@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from mjx_inertia.objects import area_error, convex_pieces, load_mcube_objects
+from mjx_inertia.objects import convex_pieces, load_mcube_objects
 
 STAR = np.array(
     [
@@ -12,6 +12,13 @@ STAR = np.array(
         for k in range(10)
     ]
 )
+
+
+def area_error(outline, pieces):
+    """Area in the outline or in the union of the pieces but not in both, as a fraction."""
+    whole = shapely.Polygon(outline)
+    union = shapely.union_all([shapely.Polygon(piece) for piece in pieces])
+    return whole.symmetric_difference(union).area / whole.area
 
 
 def is_convex(outline):

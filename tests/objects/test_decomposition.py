@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
+from simple_parts import cylinder, extrusion, revolution, tube
 
-from mjx_inertia.objects import Part, moved, solids, turned
+from mjx_inertia.objects import Part
 from mjx_inertia.objects.convex import pieces_error
 from mjx_inertia.objects.decomposition import object_pieces
 from mjx_inertia.objects.manifolds import from_manifold, union
+from mjx_inertia.objects.model import moved, turned
 
 
 def bare(part):
@@ -27,29 +29,29 @@ def decomposed(*parts):
 
 def test_a_convex_part_is_one_piece():
     pieces, error = decomposed(
-        bare(turned(solids.cylinder(0.05, 0.2, density=1.0), 30.0, (1.0, 1.0, 0.0)))
+        bare(turned(cylinder(0.05, 0.2, density=1.0), 30.0, (1.0, 1.0, 0.0)))
     )
     assert len(pieces) == 1 and error < 0.02
 
 
 def test_a_prism_in_any_pose_is_cut_in_the_plane():
     ell = np.array([[0, 0], [0.2, 0], [0.2, 0.05], [0.06, 0.05], [0.06, 0.15], [0, 0.15]])
-    part = turned(solids.extrusion(ell, 0.03, density=1.0), 70.0, (1.0, 0.3, 0.2))
+    part = turned(extrusion(ell, 0.03, density=1.0), 70.0, (1.0, 0.3, 0.2))
     pieces, error = decomposed(bare(part))
     assert len(pieces) == 2 and error < 1e-6
 
 
 def test_a_turned_vessel_in_any_pose_is_cut_into_sectors():
     profile = np.array([[0, 0], [0.04, 0], [0.04, 0.09], [0.034, 0.09], [0.034, 0.008], [0, 0.008]])
-    part = turned(solids.revolution(profile, density=1.0), 50.0, (0.3, 1.0, 0.2))
+    part = turned(revolution(profile, density=1.0), 50.0, (0.3, 1.0, 0.2))
     pieces, error = decomposed(bare(part))
     assert len(pieces) == 17 and error < 0.15  # 16 sectors of the wall, and the bottom
 
 
 def test_what_fills_a_part_counts_as_solid():
     """A sleeve around a shaft is no hollow: two bodies are enough."""
-    sleeve = moved(solids.tube(0.02, 0.01, 0.1, density=1.0), (0.0, 0.0, 0.05))
-    pieces, error = decomposed(solids.cylinder(0.01, 0.2, density=1.0), bare(sleeve))
+    sleeve = moved(tube(0.02, 0.01, 0.1, density=1.0), (0.0, 0.0, 0.05))
+    pieces, error = decomposed(cylinder(0.01, 0.2, density=1.0), bare(sleeve))
     assert len(pieces) == 2 and error < 0.01
 
 
@@ -79,5 +81,5 @@ def test_pieces_of_a_plate_with_holes():
     plan = shapely.box(0.0, 0.0, 0.3, 0.1)
     for x in (0.08, 0.2):
         plan = plan.difference(shapely.Point(x, 0.05).buffer(0.03, quad_segs=6))
-    _, error = decomposed(bare(solids.extrusion(plan, 0.02, density=1.0)))
+    _, error = decomposed(bare(extrusion(plan, 0.02, density=1.0)))
     assert error < 0.02

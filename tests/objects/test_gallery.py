@@ -7,8 +7,7 @@ from matplotlib.image import imread
 
 from mjx_inertia.objects import cuboid, load_catalogue
 from mjx_inertia.objects.__main__ import main
-from mjx_inertia.objects.gallery import gallery, portrait
-from mjx_inertia.objects.listing import object_table, summarize_object
+from mjx_inertia.objects.gallery import gallery, object_table, portrait, summarize_object
 from mjx_inertia.objects.picture import View, draw_meshes
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mjx_inertia.objects import MeshDefect, find_defects, mass_properties, repair_mesh
+from mjx_inertia.objects import find_defects, mass_properties, repair_mesh
+from mjx_inertia.objects.mesh_defects import MeshDefect
 
 pytestmark = pytest.mark.float64
 

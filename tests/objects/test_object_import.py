@@ -22,8 +22,8 @@ from mjx_inertia.objects import (
     prism,
     random_objects,
 )
+from mjx_inertia.objects.composition import main_color
 from mjx_inertia.objects.convex import hull_vertices
-from mjx_inertia.objects.part_assembly import main_color
 from mjx_inertia.spatial import to_spatial_inertia
 
 pytestmark = pytest.mark.float64

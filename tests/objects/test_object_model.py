@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import trimesh
+from simple_parts import box
 
-from mjx_inertia.objects import ObjectModel, cube, from_parts, load_mcube_objects, prism, solids
+from mjx_inertia.objects import ObjectModel, Part, cube, from_parts, load_mcube_objects, prism
 
 BOOT = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.05], [0.08, 0.1], [0.0, 0.12]])
 
@@ -29,10 +31,10 @@ def test_pieces_of_a_smooth_outline_state_their_error():
 
 def test_a_wedge_on_a_rectangle_is_no_box():
     corners = [[x, y, z] for x, z in ((0, 0), (0.1, 0), (0, 0.1)) for y in (0, 0.1)]
-    wedge = from_parts("wedge", [solids.convex(np.array(corners), density=1.0)])
+    wedge = from_parts("wedge", [Part(trimesh.convex.convex_hull(corners), 1.0)])
     assert len(wedge.outline) == 4 and wedge.is_convex and not wedge.is_box
     assert cube(0.1, 1.0).is_box
-    assert from_parts("box", [solids.box((0.1, 0.2, 0.3), density=1.0)]).is_box
+    assert from_parts("box", [box((0.1, 0.2, 0.3), density=1.0)]).is_box
 
 
 def test_stability_is_the_distance_to_the_edge():

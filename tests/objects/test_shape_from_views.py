@@ -18,12 +18,12 @@ from mjx_inertia.objects import (
     combine_shape_and_push,
     estimate_shape,
     find_defects,
-    fuse_views,
     join_views,
     mass_properties,
-    point_cloud,
     with_noise,
 )
+from mjx_inertia.objects.depth_camera import point_cloud
+from mjx_inertia.objects.depth_fusion import fuse_views
 from mjx_inertia.spatial import to_log_cholesky, to_planar
 
 NOISE = 0.001

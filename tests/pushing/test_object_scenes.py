@@ -4,13 +4,14 @@ import mujoco
 import numpy as np
 import pytest
 import shapely
+import trimesh
 
 from mjx_inertia.objects import (
+    Part,
     friction_radius,
     from_parts,
     load_catalogue,
     load_mcube_objects,
-    solids,
 )
 from mjx_inertia.pushing import (
     SceneSettings,
@@ -88,8 +89,8 @@ def test_pads_stand_where_the_object_does_and_turn_as_hard():
         assert 3 <= len(spots) <= 16, name
     assert np.median(list(off.values())) < 0.03
     assert max(off.values()) < 0.3, max(off, key=lambda name: off[name])
-    spread = solids.box((0.2, 0.2, 0.1), density=1.0)
-    assert len(feet(compiled(from_parts("box", [spread]), "pads"))) == 16
+    block = trimesh.creation.box((0.2, 0.2, 0.1)).apply_translation((0.0, 0.0, 0.05))
+    assert len(feet(compiled(from_parts("box", [Part(block, 1.0)]), "pads"))) == 16
 
 
 def test_friction_radius_is_that_of_the_patches():

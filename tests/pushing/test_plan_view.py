@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 import shapely
+import trimesh
 
-from mjx_inertia.objects import cube, from_parts, load_catalogue, prism, solids
+from mjx_inertia.objects import Part, cube, from_parts, load_catalogue, prism
 from mjx_inertia.pushing import first_contact, plan_polygons, stack_polygons
 from mjx_inertia.pushing.plan_view import upright_polygons
 
@@ -80,7 +81,8 @@ def test_filling_is_out_of_reach():
 
 
 def test_nothing_at_that_height():
-    low = from_parts("low", [solids.box((0.1, 0.1, 0.01), density=500.0)])
+    plate = trimesh.creation.box((0.1, 0.1, 0.01)).apply_translation((0.0, 0.0, 0.005))
+    low = from_parts("low", [Part(plate, 500.0)])
     table = load_catalogue("tank")["tank"]
     with pytest.raises(ValueError, match=r"tank: nothing of it is 0\.5 m above the table"):
         plan_polygons(table, 0.5, RADIUS)

@@ -1,12 +1,14 @@
-"""Tools of the carpenter: hammer, crowbar, wood saw, chisel.
+"""Tools of the carpenter: hammer, crowbar, wood saw, chisel, tape measure, spirit level.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
+    ABS,
     ALUMINIUM,
     BARE_BRASS,
     BARE_STEEL,
@@ -15,26 +17,29 @@ from mjx_inertia.objects.catalogue.materials import (
     BRASS,
     CAST_STEEL,
     DARK,
+    RED,
     RUBBER,
     STEEL,
     WOOD,
+    WORKSHOP_TOOLS,
     YELLOW,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import WORKSHOP_TOOLS, catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
-    Piece,
-    assemble,
+    arc,
+    block,
     lathe,
     outline,
     plate,
+    rectangle,
     rod,
     slab,
     soften,
     spline,
     sweep,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 
 @catalogue_object(
@@ -44,25 +49,15 @@ from mjx_inertia.objects.part import Part
     friction=RUBBER.friction,
 )
 def hammer(
-    length: float = 0.3115,
-    head_length: float = 0.124,
-    head_width: float = 0.028,
+    length: float = 0.3115,  # from the top of the head to the end of the grip
+    head_length: float = 0.124,  # from the face to the tip of the claw
+    head_width: float = 0.028,  # of cheek and claw
     shaft_diameter: float = 0.018,
     head_density: float = CAST_STEEL.density,
     shaft_density: float = ALUMINIUM.density,
     grip_density: float = RUBBER.density,
 ) -> tuple[Part, ...]:
-    """A claw hammer, lying on its side.
-
-    Args:
-      length: from the top of the head to the end of the grip, m.
-      head_length: from the face to the tip of the claw, m.
-      head_width: of cheek and claw, m.
-      shaft_diameter: m.
-      head_density: kg/m³.
-      shaft_density: kg/m³.
-      grip_density: kg/m³.
-    """
+    """A claw hammer, lying on its side."""
     size = head_length / 0.124
     back = spline([(0.016, 0.0125), (-0.014, 0.0135), (-0.038, 0.009), (-0.062, -0.021)], 20)
     front = spline([(-0.0600, -0.0225), (-0.046, -0.009), (-0.032, -0.003), (-0.014, -0.013)], 14)
@@ -97,15 +92,11 @@ def hammer(
     friction=STEEL.friction,
 )
 def crowbar(
-    length: float = 0.6, across_flats: float = 0.018, density: float = STEEL.density
+    length: float = 0.6,  # from the chisel's edge to the top of the goose neck
+    across_flats: float = 0.018,  # width of the bar
+    density: float = STEEL.density,
 ) -> tuple[Part, ...]:
-    """A hexagonal bar with a claw on a goose neck and a chisel at the other end, lying flat.
-
-    Args:
-      length: from the chisel's edge to the top of the goose neck, m.
-      across_flats: width of the bar, m.
-      density: kg/m³.
-    """
+    """A hexagonal bar with a claw on a goose neck and a chisel at the other end, lying flat."""
     bend = 2.2 * across_flats
     turn = np.radians(np.linspace(180.0, 20.0, 17))
     neck = np.stack([bend * (1.0 + np.cos(turn)), length - bend * (1.0 - np.sin(turn))], axis=1)
@@ -131,7 +122,8 @@ def crowbar(
     friction=WOOD.friction,
 )
 def wood_saw(
-    blade_length: float = 0.45,
+    blade_length: float = 0.45,  # from the heel to the toe
+    # at the heel; 0.4 of it at the toe. The handle's outline scales with it
     blade_height: float = 0.11,
     blade_thickness: float = 0.0009,
     tooth_pitch: float = 0.006,
@@ -139,17 +131,7 @@ def wood_saw(
     blade_density: float = STEEL.density,
     handle_density: float = WOOD.density,
 ) -> tuple[Part, ...]:
-    """A hand saw, lying on the side of its handle and the toe of its blade.
-
-    Args:
-      blade_length: from the heel to the toe, m.
-      blade_height: at the heel, m; 0.4 of it at the toe. The handle's outline scales with it.
-      blade_thickness: m.
-      tooth_pitch: m.
-      handle_thickness: m.
-      blade_density: kg/m³.
-      handle_density: kg/m³.
-    """
+    """A hand saw, lying on the side of its handle and the toe of its blade."""
     count = round(blade_length / tooth_pitch)
     along = np.linspace(0.0, blade_length, count, endpoint=False)
     teeth = np.column_stack([np.repeat(along, 2), np.tile([0.0, 0.8 * tooth_pitch], count)])
@@ -184,24 +166,14 @@ def wood_saw(
 )
 def chisel(
     blade_width: float = 0.025,
-    blade_length: float = 0.13,
+    blade_length: float = 0.13,  # from the edge to the ferrule
     blade_thickness: float = 0.004,
-    handle_length: float = 0.13,
-    handle_diameter: float = 0.032,
-    blade_density: float = STEEL.density,
+    handle_length: float = 0.13,  # with ferrule and striking ring
+    handle_diameter: float = 0.032,  # the largest
+    blade_density: float = STEEL.density,  # of the blade and the striking ring
     handle_density: float = WOOD.density,
 ) -> tuple[Part, ...]:
-    """A bevel-edge wood chisel with a turned handle, lying on its side.
-
-    Args:
-      blade_width: m.
-      blade_length: from the edge to the ferrule, m.
-      blade_thickness: m.
-      handle_length: with ferrule and striking ring, m.
-      handle_diameter: the largest, m.
-      blade_density: of the blade and the striking ring, kg/m³.
-      handle_density: kg/m³.
-    """
+    """A bevel-edge wood chisel with a turned handle, lying on its side."""
     half, wide = 0.5 * blade_thickness, 0.5 * blade_width
     lower = [(-wide, 0.0), (-wide, -half), (wide, -half), (wide, 0.0)]
     section = outline([*lower, (0.65 * wide, half), (-0.65 * wide, half)])
@@ -230,3 +202,111 @@ def chisel(
         Piece(handle.translate(there), handle_density, BARE_WOOD),
         turn_deg=(90.0, 0.0, 90.0),
     )
+
+
+@catalogue_object(
+    "Tools",
+    f"mass and extents of Measuring Tape, {WORKSHOP_TOOLS}; the inside as in a 5 m tape",
+    mass=0.13627,
+    friction=ABS.friction,
+)
+def tape_measure(
+    width: float = 0.0529,  # of the case, along the tape
+    height: float = 0.0609,  # of the case
+    depth: float = 0.0241,  # of the case, across the tape
+    wall: float = 0.002,  # of the case
+    tape_length: float = 5.0,  # on the coil
+    tape_section: float = 2.66e-6,  # width times thickness of the steel tape, m²
+    case_density: float = ABS.density,
+) -> tuple[Part, ...]:
+    """A pocket tape measure, its tape drawn out a little; standing."""
+    front = [(-0.5, 0.16), (-0.42, 0.04), (-0.3, 0.0), (0.5, 0.0), (0.5, 0.4)]
+    back = arc((-0.05, 0.55), 0.45, 10.0, 165.0, 28)
+    side = soften(outline(np.vstack([front, back]) * (width, height)), 0.003)
+    case = plate(side, depth, 0.002)
+    case -= plate(side.offset(-wall), depth - 2.0 * wall).translate((0.0, 0.0, wall))
+    tape_width = depth - 2.0 * wall - 0.001
+    tape_low = 0.5 * (depth - tape_width)
+    core, x, y = 0.009, -0.03 * width, 0.5 * height
+    outer = float(np.sqrt(core**2 + tape_length * tape_section / tape_width / np.pi))
+    ring = CrossSection.circle(outer, ROUND) - CrossSection.circle(core, ROUND)
+    coil = plate(ring, tape_width).translate((x, y, tape_low))
+    spool = rod((x, y, 0.5 * wall), (x, y, depth - 0.5 * wall), core)
+    # the drawn end leaves at the foot of the mouth and hooks down
+    end = 0.5 * width + 0.03
+    drawn = rectangle(0.04, 0.0006).translate((end - 0.02, 0.0045))
+    hook = rectangle(0.0012, 0.0042).translate((end, 0.0027))
+    lip = plate(drawn + hook, tape_width).translate((0.0, 0.0, tape_low))
+    badge = rod((x, y, -0.0004), (x, y, depth + 0.0004), 0.3 * height, -1.0, ROUND)
+    badge -= block(1.0, 1.0, depth)
+    thumb = block(0.013, 0.011, 0.012, 0.002).translate((0.0, 0.0, -0.006))
+    thumb = thumb.rotate((0.0, 90.0, 0.0)).translate((0.4 * width, 0.7 * height, 0.5 * depth))
+    return assemble(
+        Piece(coil, STEEL.density, BARE_STEEL),
+        Piece(spool, case_density, DARK),
+        Piece(lip, STEEL.density, (0.95, 0.85, 0.2)),
+        Piece(case, case_density, YELLOW),
+        Piece(thumb, case_density, RED),
+        Piece(badge, RUBBER.density, DARK),
+        turn_deg=(90.0, 0.0, 0.0),
+    )
+
+
+@catalogue_object(
+    "Tools",
+    "densities x sizes of a 400 mm level of 1.6 mm aluminium box section",
+    friction=ALUMINIUM.friction,
+)
+def spirit_level(
+    length: float = 0.4,  # with the end caps
+    height: float = 0.05,
+    depth: float = 0.022,
+    wall: float = 0.0016,  # of the profile
+    density: float = ALUMINIUM.density,  # of the profile
+    vial_density: float = 1150.0,  # mean of acrylic and liquid
+) -> tuple[Part, ...]:
+    """A spirit level of aluminium box section with three vials, standing on its edge."""
+    body, middle = length - 0.02, 0.5 * height
+    profile = rectangle(depth, height, 0.0015)
+    bore = rectangle(depth - 2.0 * wall, height - 2.0 * wall)
+    tube = plate(profile - bore, body).rotate((90.0, 0.0, 90.0))
+    tube = tube.translate((-0.5 * body, 0.0, middle))
+    cap = plate(profile.offset(0.0008), 0.01).rotate((90.0, 0.0, 90.0))
+    caps = cap.translate((0.5 * body, 0.0, middle))
+    caps += cap.translate((-0.5 * length, 0.0, middle))
+    # the vial for level lies in a notch of the upper edge, two more in round windows
+    notch = height - 0.02
+    tube -= block(0.05, depth + 0.01, 0.03).translate((0.0, 0.0, notch))
+    frames = block(0.05, depth - 2.0 * wall, 0.006).translate((0.0, 0.0, notch))
+    liquid, marks = _vial(1.0, 0.0, (0.0, 0.0, height - 0.0095))
+    reach, window = (0.0, 0.5 * depth + 0.001, 0.0), 0.31 * height
+    for x, turn in ((-0.36 * body, 90.0), (0.36 * body, 45.0)):
+        there = (x, 0.0, middle)
+        disc = rod(-np.array(reach), reach, window, -1.0, 32)
+        hole = rod(-2.0 * np.array(reach), 2.0 * np.array(reach), 0.82 * window, -1.0, 32)
+        tube -= disc.translate(there)
+        frames += (disc - hole).translate(there)
+        tilted, lines = _vial(0.5, turn, there)
+        liquid, marks = liquid + tilted, marks + lines
+    return assemble(
+        Piece(marks, vial_density, DARK),
+        Piece(liquid, vial_density, (0.72, 0.9, 0.2)),
+        Piece(frames, ABS.density, DARK),
+        Piece(caps, ABS.density, DARK),
+        Piece(tube, density, (0.85, 0.15, 0.1)),
+    )
+
+
+def _vial(
+    length: float, turn_deg: float, center: tuple[float, float, float]
+) -> tuple[Manifold, Manifold]:
+    """A glass tube and its two marks, of `length` times 48 mm, turned in the x-z plane."""
+    tube = rod((-0.024, 0.0, 0.0), (0.024, 0.0, 0.0), 0.006, -1.0, 24)
+    marks = Manifold()
+    for x in (-0.007, 0.007):
+        marks += rod((x, 0.0, 0.0), (x + 0.001, 0.0, 0.0), 0.00624, -1.0, 24)
+    first, second = (
+        solid.scale((length, 1.0, 1.0)).rotate((0.0, turn_deg, 0.0)).translate(center)
+        for solid in (tube, marks)
+    )
+    return first, second

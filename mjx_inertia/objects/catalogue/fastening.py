@@ -1,12 +1,14 @@
-"""Tools that turn or hold: wrenches, Allen key, screwdriver, pliers, C-clamp.
+"""Tools that turn or hold: wrenches, Allen key, screwdriver, pliers, C-clamp, drill.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
+    ABS,
     BARE_BRASS,
     BARE_STEEL,
     BLUE,
@@ -18,12 +20,11 @@ from mjx_inertia.objects.catalogue.materials import (
     STAINLESS,
     STEEL,
     VINYL,
+    WORKSHOP_TOOLS,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import WORKSHOP_TOOLS, catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
     arc,
-    assemble,
     block,
     lathe,
     limb,
@@ -36,7 +37,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     spline,
     sweep,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 
 @catalogue_object(
@@ -46,23 +47,14 @@ from mjx_inertia.objects.part import Part
     friction=CAST_STEEL.friction,
 )
 def adjustable_wrench(
-    length: float = 0.3038,
-    opening: float = 0.014,
-    head_thickness: float = 0.0143,
+    length: float = 0.3038,  # overall; the outline scales with it
+    opening: float = 0.014,  # between the jaws
+    head_thickness: float = 0.0143,  # of body and jaws
     handle_thickness: float = 0.0078,
-    density: float = CAST_STEEL.density,
-    spindle_density: float = BRASS.density,
+    density: float = CAST_STEEL.density,  # of body and jaw
+    spindle_density: float = BRASS.density,  # of the thumbwheel
 ) -> tuple[Part, ...]:
-    """A wrench with a sliding lower jaw and a thumbwheel, lying flat.
-
-    Args:
-      length: overall, m; the outline scales with it.
-      opening: between the jaws, m.
-      head_thickness: of body and jaws, m.
-      handle_thickness: m.
-      density: of body and jaw, kg/m³.
-      spindle_density: of the thumbwheel, kg/m³.
-    """
+    """A wrench with a sliding lower jaw and a thumbwheel, lying flat."""
     size = length / 0.3023
     # in the frame of the mouth: it opens towards +x, the fixed jaw is above y = 0
     fixed = [(0.010, 0.0), (0.042, 0.0), (0.0435, 0.007), (0.034, 0.02), (0.012, 0.0265)]
@@ -114,19 +106,12 @@ def _handle(size: float, thickness: float) -> Manifold:
     friction=STEEL.friction,
 )
 def spanner(
-    size: float = 0.019,
-    length: float = 0.235,
-    thickness: float = 0.0075,
+    size: float = 0.019,  # across the flats of the nut
+    length: float = 0.235,  # overall
+    thickness: float = 0.0075,  # of the open end; 0.75 of it for the shaft, 1.4 of it for the ring
     density: float = STEEL.density,
 ) -> tuple[Part, ...]:
-    """A combination spanner: an open end, a ring with twelve points; lying flat.
-
-    Args:
-      size: across the flats of the nut, m.
-      length: overall, m.
-      thickness: of the open end, m; 0.75 of it for the shaft, 1.4 of it for the ring.
-      density: kg/m³.
-    """
+    """A combination spanner: an open end, a ring with twelve points; lying flat."""
     far = length - 1.9 * size
     jaw = CrossSection.circle(1.12 * size, 48).scale((1.0, 0.95))
     mouth = rectangle(2.4 * size, size, 0.3 * size).translate((0.95 * size, 0.0))
@@ -151,18 +136,11 @@ def spanner(
 )
 def allen_key(
     across_flats: float = 0.00953,
-    long_arm: float = 0.1826,
-    short_arm: float = 0.0492,
-    density: float = 7700.0,
+    long_arm: float = 0.1826,  # from the outside of the bend to the end
+    short_arm: float = 0.0492,  # likewise
+    density: float = 7700.0,  # of alloy steel
 ) -> tuple[Part, ...]:
-    """A hexagonal key, lying flat.
-
-    Args:
-      across_flats: m.
-      long_arm: from the outside of the bend to the end, m.
-      short_arm: likewise, m.
-      density: of alloy steel, kg/m³.
-    """
+    """A hexagonal key, lying flat."""
     half, bend = 0.5 * across_flats, 1.3 * across_flats
     corner = arc((half + bend, half + bend), bend, 180.0, 270.0, 12)
     path = np.vstack([[(half, long_arm)], corner, [(short_arm, half)]])
@@ -177,23 +155,14 @@ def allen_key(
     friction=PVC.friction,
 )
 def screwdriver(
-    length: float = 0.1948,
+    length: float = 0.1948,  # overall
     handle_length: float = 0.085,
-    handle_diameter: float = 0.0169,
+    handle_diameter: float = 0.0169,  # over the ribs
     blade_diameter: float = 0.004,
     handle_density: float = PVC.density,
     blade_density: float = STAINLESS.density,
 ) -> tuple[Part, ...]:
-    """A slotted screwdriver with a fluted handle, lying on it.
-
-    Args:
-      length: overall, m.
-      handle_length: m.
-      handle_diameter: over the ribs, m.
-      blade_diameter: m.
-      handle_density: kg/m³.
-      blade_density: kg/m³.
-    """
+    """A slotted screwdriver with a fluted handle, lying on it."""
     big, thin = 0.5 * handle_diameter, 0.5 * blade_diameter
     shape = [(0.0, 0.0), (0.62, 0.0), (0.86, 0.02), (0.98, 0.07), (1.0, 0.14), (1.0, 0.62)]
     shape += [(0.9, 0.70), (0.7, 0.76), (0.64, 0.82), (0.72, 0.90), (0.74, 0.95), (0.62, 1.0)]
@@ -223,23 +192,14 @@ def screwdriver(
     friction=VINYL.friction,
 )
 def pliers(
-    length: float = 0.2471,
-    thickness: float = 0.019,
-    arm_width: float = 0.0105,
-    grip_wall: float = 0.0022,
-    density: float = STAINLESS.density,
+    length: float = 0.2471,  # overall; the outline scales with it
+    thickness: float = 0.019,  # of jaws and joint
+    arm_width: float = 0.0105,  # of the bare arms, in the plane of the tool
+    grip_wall: float = 0.0022,  # of the dipped grips
+    density: float = STAINLESS.density,  # of the arms
     grip_density: float = VINYL.density,
 ) -> tuple[Part, ...]:
-    """Combination pliers, closed, with dipped grips; lying flat.
-
-    Args:
-      length: overall, m; the outline scales with it.
-      thickness: of jaws and joint, m.
-      arm_width: of the bare arms, in the plane of the tool, m.
-      grip_wall: of the dipped grips, m.
-      density: of the arms, kg/m³.
-      grip_density: kg/m³.
-    """
+    """Combination pliers, closed, with dipped grips; lying flat."""
     size = length / 0.2483
     joint = 0.0165 * size
     shape = [(-0.004, 0.0003), (0.07, 0.0003), (0.07, 0.005), (0.052, 0.0105), (0.03, 0.015)]
@@ -278,25 +238,15 @@ def pliers(
     friction=CAST_STEEL.friction,
 )
 def c_clamp(
-    height: float = 0.1576,
-    depth: float = 0.0785,
+    height: float = 0.1576,  # from the underside of the frame to the top of the screw
+    depth: float = 0.0785,  # from the back of the frame to the front of its arms
     frame_thickness: float = 0.0165,
-    screw_diameter: float = 0.012,
-    density: float = CAST_STEEL.density,
+    screw_diameter: float = 0.012,  # over the thread
+    density: float = CAST_STEEL.density,  # of the frame
     screw_density: float = STAINLESS.density,
-    bar_density: float = BRASS.density,
+    bar_density: float = BRASS.density,  # of the sliding bar
 ) -> tuple[Part, ...]:
-    """A C-clamp with a threaded screw, a swivel pad and a sliding bar, lying on its side.
-
-    Args:
-      height: from the underside of the frame to the top of the screw, m.
-      depth: from the back of the frame to the front of its arms, m.
-      frame_thickness: m.
-      screw_diameter: over the thread, m.
-      density: of the frame, kg/m³.
-      screw_density: kg/m³.
-      bar_density: of the sliding bar, kg/m³.
-    """
+    """A C-clamp with a threaded screw, a swivel pad and a sliding bar, lying on its side."""
     top, front = 0.74 * height, depth - 0.014
     outer = [(0.0, 0.1), (0.0, 0.9), (0.12, 1.0), (1.0, 1.0), (1.0, 0.8), (0.45, 0.78)]
     outer += [(0.25, 0.7), (0.25, 0.28), (0.45, 0.16), (1.0, 0.13), (1.0, 0.0), (0.12, 0.0)]
@@ -327,3 +277,73 @@ def c_clamp(
         ),
         Piece(frame, density, BLUE),
     )
+
+
+@catalogue_object(
+    "Tools",
+    "densities x sizes of an 18 V drill with a 2 Ah pack, a class of 1.5 to 1.9 kg",
+    friction=ABS.friction,
+)
+def drill(
+    height: float = 0.215,  # from the table to the top of the housing
+    housing_diameter: float = 0.062,  # of the motor's housing
+    bit_length: float = 0.06,  # outside the chuck
+    battery_height: float = 0.045,
+    housing_density: float = 650.0,  # mean of a shell of ABS with switch, wires and air
+    motor_density: float = 5500.0,  # mean of copper, steel and magnets
+    battery_density: float = 1300.0,  # mean of a pack with five cells
+) -> tuple[Part, ...]:
+    """A cordless drill with a twist bit, standing on its battery.
+
+    Chuck and gears have 0.55 and 0.5 of the density of steel: they are partly plastic and air.
+    """
+    radius = 0.5 * housing_diameter
+    axis = height - radius
+    back = [(0.0, -0.082), (0.6, -0.082), (0.86, -0.076), (0.97, -0.06), (1.0, -0.03)]
+    housing = _along_x([*back, (1.0, 0.02), (0.9, 0.045), (0.0, 0.045)], radius, axis)
+    gears = _along_x([(0.0, 0.045), (0.88, 0.045), (0.84, 0.066), (0.0, 0.066)], radius, axis)
+    motor = rod((-0.062, 0.0, axis), (-0.008, 0.0, axis), 0.68 * radius)
+    bit = _twist_bit(bit_length).rotate((0.0, 90.0, 0.0)).translate((0.117, 0.0, axis))
+    # the grip leans back from the motor to the foot, into which the battery slides
+    bends = [(-0.014, axis - 0.3 * radius), (-0.018, axis - radius), (-0.026, 0.09)]
+    path = [*bends, (-0.03, battery_height + 0.012)]
+    broad = [(1.1, 1.05), (0.95, 1.0), (0.95, 0.95), (1.15, 1.1)]
+    housing += sweep(rectangle(0.042, 0.034, 0.016), path, broad)
+    housing += block(0.09, 0.062, 0.02, 0.006).translate((-0.012, 0.0, battery_height))
+    finger = axis - 1.55 * radius
+    trigger = rod((0.012, -0.009, finger), (0.012, 0.009, finger), 0.012)
+    trigger += block(0.03, 0.018, 0.024, 0.003).translate((0.0, 0.0, axis - 2.0 * radius))
+    battery = block(0.115, 0.075, battery_height - 0.004, 0.006)
+    battery += block(0.085, 0.056, 0.01).translate((0.0, 0.0, battery_height - 0.01))
+    return assemble(
+        Piece(motor, motor_density, DARK),
+        Piece(bit, STEEL.density, BARE_STEEL),
+        Piece(_chuck(radius, axis), 0.55 * STEEL.density, DARK),
+        Piece(gears, 0.5 * STEEL.density, (0.35, 0.36, 0.38)),
+        Piece(housing, housing_density, (0.0, 0.45, 0.48)),
+        Piece(trigger, ABS.density, RED),
+        Piece(battery.translate((-0.005, 0.0, 0.0)), battery_density, DARK),
+    )
+
+
+def _chuck(radius: float, axis: float) -> Manifold:
+    """A keyless chuck with grooves around it."""
+    jaws = [(0.0, 0.066), (0.62, 0.066), (0.7, 0.07), (0.7, 0.098), (0.42, 0.116), (0.25, 0.117)]
+    chuck = _along_x([*jaws, (0.0, 0.117)], radius, 0.0)
+    groove = rod((0.076, 0.0, 0.75 * radius), (0.094, 0.0, 0.75 * radius), 0.002, -1.0, 8)
+    for angle in np.arange(0.0, 360.0, 30.0):
+        chuck -= groove.rotate((float(angle), 0.0, 0.0))
+    return chuck.translate((0.0, 0.0, axis))
+
+
+def _twist_bit(length: float) -> Manifold:
+    """A 6 mm bit with two helical flutes and a point, upwards."""
+    flute = CrossSection.circle(0.0017, 12).translate((0.0027, 0.0))
+    section = CrossSection.circle(0.003, 20) - flute - flute.rotate(180.0)
+    return Manifold.extrude(section, length, 24, 540.0) ^ Manifold.cylinder(length, length, 0.0, 20)
+
+
+def _along_x(profile: list[tuple[float, float]], radius: float, axis: float) -> Manifold:
+    """Turned about an axis along x at the height `axis`; profile in radii and x, m."""
+    solid = lathe(np.asarray(profile) * (radius, 1.0))
+    return solid.rotate((0.0, 90.0, 0.0)).translate((0.0, 0.0, axis))

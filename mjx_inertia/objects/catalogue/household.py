@@ -1,15 +1,17 @@
-"""Things about the house: kettle, vase, lamp, cardboard box, alarm clock.
+"""Things about the house: kettle, vase, lamp, cardboard box, alarm clock, phone, remote control.
 
-In: sizes, wall thicknesses and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
 from jaxtyping import Float
-from manifold3d import CrossSection, Manifold
+from manifold3d import CrossSection, Manifold, OpType
 from numpy import ndarray
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
     ABS,
+    ALUMINIUM,
     BARE_BRASS,
     BARE_STEEL,
     BLACK,
@@ -20,26 +22,27 @@ from mjx_inertia.objects.catalogue.materials import (
     FABRIC,
     GLASS,
     RED,
+    RUBBER,
     STAINLESS,
     STEEL,
     WHITE,
     WOOD,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
     arc,
-    assemble,
     block,
     core,
     lathe,
     limb,
+    plate,
+    rectangle,
     rod,
     spline,
     sweep,
     vessel,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 
 @catalogue_object(
@@ -48,23 +51,14 @@ from mjx_inertia.objects.part import Part
     friction=STAINLESS.friction,
 )
 def kettle(
-    diameter: float = 0.2,
-    height: float = 0.115,
-    handle_height: float = 0.24,
+    diameter: float = 0.2,  # of the body
+    height: float = 0.115,  # of the body to the opening
+    handle_height: float = 0.24,  # from the table to the top of the handle
     wall: float = 0.0009,
     density: float = STAINLESS.density,
-    grip_density: float = 1400.0,
+    grip_density: float = 1400.0,  # of grip and knob (phenolic resin)
 ) -> tuple[Part, ...]:
-    """A stove-top kettle with spout, lid and bail handle; empty.
-
-    Args:
-      diameter: of the body, m.
-      height: of the body to the opening, m.
-      handle_height: from the table to the top of the handle, m.
-      wall: m.
-      density: kg/m³.
-      grip_density: of grip and knob (phenolic resin), kg/m³.
-    """
+    """A stove-top kettle with spout, lid and bail handle; empty."""
     radius = 0.5 * diameter
     shape = [(0.97, 0.08), (1.0, 0.25), (0.93, 0.6), (0.74, 0.87), (0.5, 0.985), (0.42, 1.0)]
     curve = np.vstack([[(0.0, 0.0), (0.9, 0.0)], spline(shape, 14)]) * (radius, height)
@@ -116,18 +110,11 @@ def _drawn_out(way: Float[ndarray, "n 2"]) -> Float[ndarray, "n 2"]:
 )
 def vase(
     height: float = 0.26,
-    diameter: float = 0.15,
+    diameter: float = 0.15,  # of the belly
     wall: float = 0.005,
     density: float = CERAMIC.density,
 ) -> tuple[Part, ...]:
-    """A bellied flower vase with a flared lip and two bands of glaze.
-
-    Args:
-      height: m.
-      diameter: of the belly, m.
-      wall: m.
-      density: kg/m³.
-    """
+    """A bellied flower vase with a flared lip and two bands of glaze."""
     shape = [(0.52, 0.0), (0.6, 0.06), (1.0, 0.4), (0.72, 0.66), (0.4, 0.82), (0.46, 0.93)]
     curve = spline(np.array([*shape, (0.68, 0.99)]) * (0.5 * diameter, height), 26)
     rest = vessel(np.vstack([[(0.0, 0.0)], curve]), wall)
@@ -149,24 +136,14 @@ def vase(
 )
 def lamp(
     height: float = 0.42,
-    shade_diameter: float = 0.26,
+    shade_diameter: float = 0.26,  # of its lower rim; 0.62 of it above
     shade_height: float = 0.17,
     shade_wall: float = 0.0012,
     base_diameter: float = 0.13,
     base_density: float = WOOD.density,
     shade_density: float = FABRIC.density,
 ) -> tuple[Part, ...]:
-    """A bedside lamp: turned wooden base, brass socket, bulb and a fabric shade on three spokes.
-
-    Args:
-      height: m.
-      shade_diameter: of its lower rim, m; 0.62 of it above.
-      shade_height: m.
-      shade_wall: m.
-      base_diameter: m.
-      base_density: kg/m³.
-      shade_density: kg/m³.
-    """
+    """A bedside lamp: turned wooden base, brass socket, bulb and a fabric shade on three spokes."""
     low = height - shade_height
     radius, top = 0.5 * shade_diameter, 0.31 * shade_diameter
     rim = [(radius, low), (top, height), (top - shade_wall, height), (radius - shade_wall, low)]
@@ -198,21 +175,13 @@ def lamp(
     friction=CARDBOARD.friction,
 )
 def cardboard_box(
-    length: float = 0.3,
-    width: float = 0.22,
-    height: float = 0.16,
+    length: float = 0.3,  # along x
+    width: float = 0.22,  # along y; a flap is as long as half of it
+    height: float = 0.16,  # without the flaps
     wall: float = 0.004,
     density: float = CARDBOARD.density,
 ) -> tuple[Part, ...]:
-    """A box of corrugated board with its four flaps open; empty.
-
-    Args:
-      length: along x, m.
-      width: along y, m; a flap is as long as half of it.
-      height: without the flaps, m.
-      wall: m.
-      density: kg/m³.
-    """
+    """A box of corrugated board with its four flaps open; empty."""
     box = block(length, width, height)
     box -= block(length - 2.0 * wall, width - 2.0 * wall, height).translate((0.0, 0.0, wall))
     flap = 0.5 * width
@@ -234,21 +203,13 @@ def cardboard_box(
     friction=STEEL.friction,
 )
 def alarm_clock(
-    diameter: float = 0.1,
+    diameter: float = 0.1,  # of the case
     depth: float = 0.05,
-    wall: float = 0.0008,
-    density: float = STEEL.density,
-    movement_density: float = 2000.0,
+    wall: float = 0.0008,  # of the steel case; 1.2 times that for the bells
+    density: float = STEEL.density,  # of case and bells
+    movement_density: float = 2000.0,  # mean of the brass works and air
 ) -> tuple[Part, ...]:
-    """A wind-up alarm clock with two bells, standing on its two feet.
-
-    Args:
-      diameter: of the case, m.
-      depth: m.
-      wall: of the steel case, m; 1.2 times that for the bells.
-      density: of case and bells, kg/m³.
-      movement_density: mean of the brass works and air, kg/m³.
-    """
+    """A wind-up alarm clock with two bells, standing on its two feet."""
     # drawn lying on its back: z towards the reader, y up
     radius, middle = 0.5 * diameter, 0.5 * depth
     case = vessel([(0.0, 0.0), (0.9 * radius, 0.0), (radius, 0.006), (radius, depth)], wall, 64)
@@ -296,3 +257,106 @@ def _marks_and_hands(radius: float) -> Manifold:
         hand = block(width * radius, length * radius, 0.001)
         marks += hand.translate((0.0, 0.42 * length * radius, 0.0)).rotate((0.0, 0.0, turn))
     return marks
+
+
+_GREY = (0.65, 0.66, 0.68)
+
+
+@catalogue_object(
+    "Home",
+    "glass, aluminium and battery at the sizes of a 6.1 inch phone, 0.17 to 0.18 kg",
+    friction=GLASS.friction,
+)
+def phone(
+    height: float = 0.147,
+    width: float = 0.0715,
+    thickness: float = 0.0078,  # without the cameras
+    glass_thickness: float = 0.0008,  # of the screen and of the back
+    frame_density: float = ALUMINIUM.density,
+    inside_density: float = 1900.0,  # mean of battery, boards and air
+    glass_density: float = GLASS.density,
+) -> tuple[Part, ...]:
+    """A smartphone, lying on its screen with the cameras up."""
+    outer = rectangle(height, width, 0.13 * width)
+    inner, pane = outer.offset(-0.0022), outer.offset(-0.0006)
+    frame_height = thickness - 2.0 * glass_thickness
+    frame = plate(outer - inner, frame_height)
+    for x, length, side in ((0.2, 0.012, 1.0), (0.09, 0.012, 1.0), (0.15, 0.018, -1.0)):
+        key = block(length, 0.003, 0.0028).translate((0.0, 0.0, 0.5 * frame_height - 0.0014))
+        frame += key.translate((x * height, side * (0.5 * width - 0.001), 0.0))
+    filling = plate(inner, frame_height)
+    side = 0.5 * width
+    corner = (0.5 * (height - side) - 0.004, 0.5 * (width - side) - 0.004, thickness)
+    light, lenses, rims, bump = (solid.translate(corner) for solid in _cameras(side))
+    logo = Manifold.cylinder(0.0004, 0.1 * width, -1.0, 32)
+    rims += logo.translate((-0.02 * height, 0.0, thickness - 0.0003))
+    screen = plate(pane, glass_thickness, 0.4 * glass_thickness)
+    back = plate(pane, glass_thickness).translate((0.0, 0.0, thickness - glass_thickness))
+    return assemble(
+        Piece(light, glass_density, (0.95, 0.93, 0.75)),
+        Piece(lenses, glass_density, BLACK),
+        Piece(rims, frame_density, (0.75, 0.77, 0.8)),
+        Piece(bump, glass_density, (0.13, 0.22, 0.34)),
+        Piece(screen, glass_density, BLACK),
+        Piece(frame.translate((0.0, 0.0, glass_thickness)), frame_density, (0.55, 0.62, 0.7)),
+        Piece(filling.translate((0.0, 0.0, glass_thickness)), inside_density, BLACK),
+        Piece(back, glass_density, (0.2, 0.32, 0.48)),
+    )
+
+
+def _cameras(side: float) -> tuple[Manifold, Manifold, Manifold, Manifold]:
+    """Flash, lenses, their rims and the raised square of the width `side` on the plane z = 0."""
+    bump = plate(rectangle(side, side, 0.25 * side), 0.0022)
+    rims, lenses = Manifold(), Manifold()
+    for u, v in ((0.21, 0.21), (-0.21, 0.21), (0.0, -0.21)):
+        x, y = u * side, v * side
+        rims += rod((x, y, 0.0012), (x, y, 0.0034), 0.2 * side, -1.0, 32)
+        lenses += rod((x, y, 0.0024), (x, y, 0.0036), 0.15 * side, -1.0, 32)
+    x, y = -0.28 * side, -0.2 * side
+    return rod((x, y, 0.0014), (x, y, 0.0024), 0.08 * side), lenses, rims, bump
+
+
+@catalogue_object(
+    "Home",
+    "ABS case of 2 mm, rubber keys, circuit board and two AAA cells of 11.5 g",
+    friction=ABS.friction,
+)
+def remote_control(
+    length: float = 0.175,
+    width: float = 0.046,
+    thickness: float = 0.02,  # without the keys
+    wall: float = 0.002,  # of the case
+    case_density: float = ABS.density,
+    key_density: float = RUBBER.density,
+    cell_density: float = 2900.0,  # of an alkaline cell (11.5 g in 10.5 by 44.5 mm)
+) -> tuple[Part, ...]:
+    """A television's remote control with its two AAA cells, keys up."""
+    area = rectangle(length, width, 0.3 * width)
+    inside = plate(area.offset(-wall), thickness - 2.0 * wall)
+    case = plate(area, thickness, 0.004) - inside.translate((0.0, 0.0, wall))
+    cell = rod((-0.0222, 0.0, 0.0), (0.0222, 0.0, 0.0), 0.00525, -1.0, 24)
+    cells = cell.translate((-0.24 * length, 0.0065, wall + 0.00525))
+    cells += cell.translate((-0.24 * length, -0.0065, wall + 0.00525))
+    board = block(0.9 * length, 0.75 * width, 0.0016).translate((0.0, 0.0, thickness - 0.006))
+    grid, top, proud = 0.29 * width, 0.5 * length, wall + 0.0016
+    bed = (top, 0.0, thickness - wall)
+    rows = [0.025 + 0.0105 * i for i in range(4)] + [0.127 + 0.0105 * i for i in range(3)]
+    discs = [
+        CrossSection.circle(0.0038, 16).translate((-row, grid * column))
+        for row in rows
+        for column in (-1, 0, 1)
+    ]
+    pad = CrossSection.circle(0.36 * width, 40) - CrossSection.circle(0.17 * width, 32)
+    pad += CrossSection.circle(0.13 * width, 32)
+    plain = CrossSection.batch_boolean([*discs, pad.translate((-0.0895, 0.0))], OpType.Add)
+    power = CrossSection.circle(0.0042, 16).translate((-0.0115, grid))
+    bar = rectangle(0.0045, 0.0075, 0.0012)
+    colors = ((0.8, 0.1, 0.1), (0.1, 0.6, 0.2), (0.9, 0.8, 0.1), (0.1, 0.3, 0.8))
+    bars = [bar.translate((-0.1145, (k - 1.5) * 0.0095)) for k in range(4)]
+    keys = zip([power, plain, *bars], [RED, _GREY, *colors], strict=True)
+    return assemble(
+        Piece(cells, cell_density, (0.7, 0.6, 0.3)),
+        Piece(board, 1850.0, (0.1, 0.4, 0.2)),  # glass fibre in epoxy
+        *(Piece(plate(key, proud).translate(bed), key_density, color) for key, color in keys),
+        Piece(case, case_density, BLACK),
+    )

@@ -1,53 +1,53 @@
-"""The catalogue by name and category.
+"""The catalogue by name and category, and how one object is made of its recipe.
 
-In: names, categories, changed parameters. Out: `ObjectModel`s, made on demand and cached.
+In: names, categories, changed parameters. Out: `ObjectModel`s at rest, made on demand and cached.
 """
 
+import contextlib
+import dataclasses
 import functools
+import inspect
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import get_args
 
+import jax
+import jax.numpy as jnp
+import numpy as np
+
 from mjx_inertia.objects.catalogue import (
-    animals,
     carpentry,
-    electronics,
     fastening,
     household,
     primitives,
     pushing,
-    site_tools,
     tableware,
     thesis,
     toys,
     vehicles,
 )
-from mjx_inertia.objects.catalogue.recipe import (
-    Category,
-    Recipe,
-    Value,
-    build,
-    default_cache,
-    nearest,
-)
-from mjx_inertia.objects.model import ObjectModel
+from mjx_inertia.objects.catalogue.cache import cache_key, default_cache, load_model, save_model
+from mjx_inertia.objects.catalogue.recipe import Category, Recipe
+from mjx_inertia.objects.composition import from_parts
+from mjx_inertia.objects.model import ObjectModel, Part
 
 # Modules of recipes, in the order of the catalogue within each category.
 _MODULES = (
     primitives,
     carpentry,
     fastening,
-    site_tools,
     tableware,
     household,
-    electronics,
     toys,
     vehicles,
-    animals,
     pushing,
     thesis,
 )
 CATEGORIES: tuple[str, ...] = get_args(Category)
+Value = float | int | str | tuple[float, ...]
+_EVERYWHERE = ("mass", "friction")  # parameters that every object has
+_MAY_BE_ZERO = ("friction", "fill")
 
 
 @functools.cache
@@ -109,3 +109,124 @@ def load_catalogue(
         raise ValueError(f"parameters: {idle} are not among the objects asked for")
     folder = {True: default_cache(), False: None}[cache] if isinstance(cache, bool) else Path(cache)
     return {name: build(known[name], (parameters or {}).get(name), cache=folder) for name in chosen}
+
+
+def build(
+    recipe: Recipe, parameters: Mapping[str, Value] | None = None, *, cache: Path | None = None
+) -> ObjectModel:
+    """The object of a recipe.
+
+    Args:
+      recipe: what to make.
+      parameters: those that differ from the recipe's own. `mass` (kg) and `friction` every object
+        has; where the mass is not among them, changed sizes keep the density and a changed density
+        the sizes.
+      cache: folder that keeps finished objects; none if None.
+
+    Raises:
+      ValueError: a parameter that the recipe does not have, or of a value that no object can have
+        (all but `_MAY_BE_ZERO` are positive); sizes that fit no object together; a recipe whose
+        object would topple.
+    """
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise ValueError(f"{recipe.name}: parameters {parameters!r}; give values by name")
+    chosen = dict(parameters or {})
+    _check_values(recipe, chosen)
+    if cache is None:
+        return _in_use(_attempted(recipe, chosen))
+    path = cache / f"{recipe.name}-{cache_key(recipe.name, chosen)}.npz"
+    try:
+        return load_model(path)
+    except (FileNotFoundError, ValueError):  # not there yet, or damaged: made anew
+        made = _attempted(recipe, chosen)
+    with contextlib.suppress(OSError):  # a cache that cannot be written costs time alone
+        save_model(path, made)
+    return _in_use(made)
+
+
+def describe(recipe: Recipe) -> dict[str, Value]:
+    """Parameters of a recipe with their own values."""
+    return {name: p.default for name, p in inspect.signature(recipe.build).parameters.items()}
+
+
+def nearest(kind: str, name: str, known: list[str]) -> str:
+    """The message for a name that is not known."""
+    close = get_close_matches(name, known, n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {known}"
+    return f"unknown {kind} {name!r}; {hint}"
+
+
+def _attempted(recipe: Recipe, chosen: Mapping[str, Value]) -> ObjectModel:
+    """`_made`, whose failures name the object and what was asked for."""
+    try:
+        return _made(recipe, chosen)
+    except Exception as error:  # sizes that do not go together upset any of five libraries
+        if not chosen or str(error).startswith(f"{recipe.name}: "):
+            raise
+        raise ValueError(
+            f"{recipe.name}: no such object with parameters {dict(chosen)}: {error}"
+        ) from error
+
+
+def _made(recipe: Recipe, chosen: Mapping[str, Value]) -> ObjectModel:
+    """In double precision."""
+    sizes = {name: value for name, value in chosen.items() if name not in _EVERYWHERE}
+    with jax.enable_x64(True):
+        parts = recipe.build(**sizes)
+        mass = chosen.get("mass", recipe.mass)
+        if "mass" not in chosen and recipe.mass is not None and sizes:
+            mass = recipe.mass * _weight(parts) / _weight(recipe.build())
+        model = from_parts(
+            recipe.name,
+            parts,
+            mass=None if mass is None else float(mass),  # pyright: ignore[reportArgumentType]
+            category=recipe.category,
+            friction=float(chosen.get("friction", recipe.friction)),  # pyright: ignore
+            source=recipe.source,
+        )
+    if not model.stability > 0.0:
+        com = np.asarray(model.inertial.com)
+        raise ValueError(
+            f"{recipe.name}: topples, its CoM at x, y = {com[0]:.4g}, {com[1]:.4g} m is "
+            f"{-model.stability:.2g} m outside what it stands on; change its sizes"
+        )
+    return model
+
+
+def _weight(parts: tuple[Part, ...]) -> float:
+    return sum(part.density * part.mesh.volume for part in parts)
+
+
+def _in_use(model: ObjectModel) -> ObjectModel:
+    """The same with inertial parameters in the precision that JAX works in."""
+    inertial = jax.tree.map(lambda x: jnp.asarray(np.asarray(x)), model.inertial)
+    return dataclasses.replace(model, inertial=inertial)
+
+
+def _check_values(recipe: Recipe, chosen: Mapping[str, Value]) -> None:
+    known = {**describe(recipe), **dict.fromkeys(_EVERYWHERE, 1.0)}
+    for name, value in chosen.items():
+        if name not in known:
+            raise ValueError(f"{recipe.name}: {nearest('parameter', name, list(known))}")
+        wanted, numbers = np.asarray(known[name]), _numbers(value)
+        where = f"{recipe.name}: parameter {name}={value!r} is"
+        if numbers is None or numbers.shape != wanted.shape:
+            what = "one number" if wanted.shape == () else f"{wanted.size} numbers"
+            raise ValueError(f"{where} not {what}")
+        if wanted.dtype.kind == "i" and numbers.dtype.kind not in "iu":
+            raise ValueError(f"{where} no whole number")
+        if not np.all(np.isfinite(numbers)):
+            raise ValueError(f"{where} not finite")
+        if np.any(numbers < 0.0):
+            raise ValueError(f"{where} negative")
+        if wanted.shape == () and numbers == 0.0 and name not in _MAY_BE_ZERO:
+            raise ValueError(f"{where} not positive")
+
+
+def _numbers(value: object) -> np.ndarray | None:
+    """As an array; None where the value is something else."""
+    try:
+        numbers = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        return None
+    return numbers if numbers.dtype.kind in "iuf" else None

@@ -10,11 +10,12 @@ import shapely
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from mjx_inertia.objects import solids
-from mjx_inertia.objects.catalogue.materials import RUBBER, STEEL, WOOD
+from mjx_inertia.objects.catalogue.assembly import prism_part, turned_part
 from mjx_inertia.objects.catalogue.primitives import BLUE, GREEN, METAL, NATURAL, RED, YELLOW
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
-from mjx_inertia.objects.part import Part, moved, turned
+from mjx_inertia.objects.catalogue.recipe import RUBBER, STEEL, WOOD, catalogue_object
+from mjx_inertia.objects.catalogue.shaping import block, equal_area_ring
+from mjx_inertia.objects.manifolds import from_manifold
+from mjx_inertia.objects.model import Part, moved, on_table, turned
 
 _BEECH = WOOD.density
 _FIBREBOARD = 750.0
@@ -29,7 +30,7 @@ def bar(
     length: float = 0.3, width: float = 0.045, height: float = 0.022, density: float = _BEECH
 ) -> tuple[Part, ...]:
     """A planed batten."""
-    return (solids.box((length, width, height), density=density, color=NATURAL),)
+    return (Part(from_manifold(block(length, width, height)), density, NATURAL),)
 
 
 @catalogue_object("Pushing", _BEECH_BOARD)
@@ -185,7 +186,7 @@ def car_on_wheels(
         ]
     )  # fmt: skip
     scale = [length, 2.2 * wheel_radius]
-    plank = solids.extrusion(side * scale - [0.5 * length, 0.0], width, density=density, color=RED)
+    plank = prism_part(side * scale - [0.5 * length, 0.0], width, density=density, color=RED)
     body = moved(turned(plank, 90.0, (1.0, 0.0, 0.0)), (0.0, 0.5 * width, 0.0))
     parts = [body, *_windows(side * scale - [0.5 * length, 0.0], width)]
     for x in (-0.3 * length, 0.3 * length):
@@ -193,8 +194,7 @@ def car_on_wheels(
             wheel = _wheel(wheel_radius, wheel_width)
             place = (x, out * 0.5 * width, wheel_radius)
             parts += [moved(turned(part, -90.0 * out, (1.0, 0.0, 0.0)), place) for part in wheel]
-    low = min(part.mesh.bounds[0, 2] for part in parts)
-    return tuple(moved(part, (0.0, 0.0, -low)) for part in parts)
+    return on_table(*parts)
 
 
 def _wheel(radius: float, width: float) -> list[Part]:
@@ -202,8 +202,9 @@ def _wheel(radius: float, width: float) -> list[Part]:
     rim, soft = 0.62 * radius, 0.12 * radius
     tread = [(radius, soft), (radius, width - soft), (radius - soft, width), (rim, width)]
     profile = np.array([(rim, 0.0), (radius - soft, 0.0), *tread])
-    tyre = solids.revolution(profile, density=RUBBER.density, color=_TYRE)
-    hub = solids.cylinder(rim, 0.9 * width, density=STEEL.density / 6.0, color=METAL)
+    tyre = turned_part(profile, density=RUBBER.density, color=_TYRE)
+    ring = equal_area_ring(rim)
+    hub = prism_part(ring, 0.9 * width, density=STEEL.density / 6.0, color=METAL)
     return [tyre, hub]
 
 
@@ -221,7 +222,7 @@ def _windows(side: np.ndarray, width: float) -> list[Part]:
             for z in heights
         ]
     )
-    pane = solids.extrusion(ring, 0.001, density=1200.0, color=(0.75, 0.87, 0.95))
+    pane = prism_part(ring, 0.001, density=1200.0, color=(0.75, 0.87, 0.95))
     upright = turned(pane, 90.0, (1.0, 0.0, 0.0))
     return [moved(upright, (0.0, y, 0.0)) for y in (-0.5 * width, 0.5 * width + 0.001)]
 
@@ -235,4 +236,4 @@ def _board(
 ) -> tuple[Part, ...]:
     """A board with its centroid on the z axis."""
     centred = translate(area, -area.centroid.x, -area.centroid.y)
-    return (solids.extrusion(centred, height, density=density, color=color),)
+    return (prism_part(centred, height, density=density, color=color),)

@@ -1,11 +1,10 @@
-"""Shapes of the catalogue's everyday things: turned, swept and rounded solids, and their assembly.
+"""Shapes of the catalogue's things: turned, extruded, swept and rounded solids.
 
 In: outlines and curves in m. Out: closed solids of `manifold3d`, to be united, cut and moved with
-its operators (`+`, `-`, `^`; rotations in degrees about the fixed x, y, z axes in turn). `assemble`
-makes parts of them that touch and do not overlap, at rest on a table.
+its operators (`+`, `-`, `^`; rotations in degrees about the fixed x, y, z axes in turn). `assembly`
+makes parts of them.
 """
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
 
@@ -15,10 +14,8 @@ from jaxtyping import Float
 from manifold3d import CrossSection, FillRule, Manifold, OpType
 from numpy import ndarray
 from scipy.interpolate import CubicSpline
-from scipy.spatial import ConvexHull
 
-from mjx_inertia.objects.manifolds import from_manifold
-from mjx_inertia.objects.part import Color, Part, transformed
+from mjx_inertia.objects.convex import SECTIONS
 
 Point = tuple[float, float, float] | Float[ndarray, "3"]
 Curve = Sequence[tuple[float, ...] | Float[ndarray, " d"]] | Float[ndarray, "n d"]
@@ -40,6 +37,21 @@ def arc(
     """`count` points on a circle, from one angle to the other, both included."""
     angle = np.radians(np.linspace(start_deg, end_deg, count))
     return np.array(center) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def equal_area_ring(
+    semi_x: float, semi_y: float | None = None, sections: int = SECTIONS
+) -> Float[ndarray, "{sections} 2"]:
+    """Polygon with the area of an ellipse (a circle of radius `semi_x` without `semi_y`)."""
+    angle = 2.0 * np.pi * np.arange(sections) / sections
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * equal_area_factor(sections)
+    return ring * [semi_x, semi_x if semi_y is None else semi_y]
+
+
+def equal_area_factor(sections: int) -> float:
+    """Radius of a regular polygon with the area of the unit circle."""
+    angle = 2.0 * np.pi / sections
+    return float(np.sqrt(angle / np.sin(angle)))
 
 
 def outline(points: Curve) -> CrossSection:
@@ -222,98 +234,3 @@ def _miters(area: CrossSection) -> tuple[Float[ndarray, "n 2"], Float[ndarray, "
         vertices.append(ring)
         outward.append((before + after) / np.maximum(1.0 + cosine, 0.2))
     return np.vstack(vertices), np.vstack(outward)
-
-
-@dataclasses.dataclass(frozen=True)
-class Piece:
-    """A solid of one material."""
-
-    solid: Manifold  # m, any pose
-    density: float  # kg/m³
-    color: Color  # red, green, blue, each from 0 to 1
-
-
-def assemble(
-    *pieces: Piece, turn_deg: tuple[float, float, float] = (0.0, 0.0, 0.0), scale: float = 1.0
-) -> tuple[Part, ...]:
-    """Parts at rest on z = 0.
-
-    Where pieces overlap, the earlier one keeps the place. The whole is then turned, by the
-    smallest angle, to a pose in which the CoM lies above its contact with the table, and the
-    middle of its bounding box is put above the origin.
-
-    Args:
-      pieces: at least one.
-      turn_deg: about the fixed x, y, z axes in turn, before the whole is put at rest.
-      scale: of all lengths.
-
-    Raises:
-      ValueError: a piece is empty, or nothing of it is left outside the earlier ones.
-    """
-    loose = [
-        Part(
-            from_manifold(solid.scale((scale, scale, scale)).rotate(turn_deg)),
-            piece.density,
-            piece.color,
-        )
-        for piece, solid in zip(pieces, _apart(pieces), strict=True)
-    ]
-    masses = np.array([part.density * part.mesh.volume for part in loose])
-    com = masses @ np.stack([part.mesh.center_mass for part in loose]) / masses.sum()
-    vertices = np.vstack([part.mesh.vertices for part in loose])
-    pose = np.eye(4)
-    pose[:3, :3] = resting_rotation(vertices, com)
-    turned = vertices @ pose[:3, :3].T
-    low, high = turned.min(axis=0), turned.max(axis=0)
-    pose[:3, 3] = -0.5 * (low[0] + high[0]), -0.5 * (low[1] + high[1]), -low[2]
-    return tuple(transformed(part, pose) for part in loose)
-
-
-def resting_rotation(
-    vertices: Float[ndarray, "n 3"], com: Float[ndarray, "3"]
-) -> Float[ndarray, "3 3"]:
-    """The smallest rotation to a pose in which a body stands by itself on a horizontal table.
-
-    A body can rest on a face of its convex hull if the foot of the CoM on the plane of the face
-    lies inside the face.
-    """
-    hull = ConvexHull(vertices)
-    normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
-    corners = vertices[hull.simplices]
-    foot = com - (normals @ com + offsets)[:, None] * normals
-    # barycentric coordinates of the foot, as ratios of areas
-    area = np.stack(
-        [
-            np.sum(np.cross(corners[:, j] - foot, corners[:, k] - foot) * normals, axis=1)
-            for j, k in ((0, 1), (1, 2), (2, 0))
-        ],
-        axis=1,
-    )
-    area *= np.sign(area.sum(axis=1, keepdims=True))
-    stable = np.all(area >= -1e-9 * np.abs(area).sum(axis=1, keepdims=True), axis=1)
-    down = normals[stable][np.argmin(normals[stable][:, 2])]
-    axis = np.array([-down[1], down[0], 0.0])  # down x (0, 0, -1), of length sin(angle)
-    cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-    return np.eye(3) + cross + cross @ cross / (1.0 - down[2])
-
-
-def _apart(pieces: tuple[Piece, ...]) -> list[Manifold]:
-    """What of each piece the earlier ones leave."""
-    left = []
-    for index, piece in enumerate(pieces):
-        solid = piece.solid
-        for earlier in reversed(pieces[:index]):
-            if _overlap(solid, earlier.solid):
-                solid -= earlier.solid
-        if solid.volume() <= 0.0:
-            raise ValueError(
-                f"pieces: number {index} of {len(pieces)} has no volume of its own; "
-                "change the sizes so that it is not inside the others"
-            )
-        left.append(solid)
-    return left
-
-
-def _overlap(one: Manifold, other: Manifold) -> bool:
-    """Whether two solids share more than rounding; those that only touch are not to be cut."""
-    return (one ^ other).volume() > 1e-6 * min(one.volume(), other.volume())

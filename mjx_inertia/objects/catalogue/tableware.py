@@ -1,17 +1,22 @@
 """Things on a laid table: mug, bowl, plate, wine glass, bottle, can.
 
-In: sizes, wall thicknesses and densities. Out: parts at rest, as `Recipe.build` promises.
+In: sizes (m) and densities (kg/m³). Out: parts at rest.
 """
 
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import ALUMINIUM, BLUE, CERAMIC, GLASS, WHITE
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
+    ALUMINIUM,
+    BLUE,
+    CERAMIC,
+    GLASS,
+    WHITE,
+    catalogue_object,
+)
 from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
     arc,
-    assemble,
     core,
     lathe,
     plate,
@@ -20,7 +25,7 @@ from mjx_inertia.objects.catalogue.shaping import (
     sweep,
     vessel,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _STONEWARE = "stoneware, 2400 kg/m³, at the usual wall thickness"
 
@@ -28,20 +33,12 @@ _STONEWARE = "stoneware, 2400 kg/m³, at the usual wall thickness"
 @catalogue_object("Home", f"{_STONEWARE} of a 0.3 l mug", friction=CERAMIC.friction)
 def mug(
     height: float = 0.095,
-    diameter: float = 0.082,
+    diameter: float = 0.082,  # of the body
     wall: float = 0.0042,
-    handle_reach: float = 0.032,
+    handle_reach: float = 0.032,  # from the body to the outside of the handle
     density: float = CERAMIC.density,
 ) -> tuple[Part, ...]:
-    """A stoneware mug.
-
-    Args:
-      height: m.
-      diameter: of the body, m.
-      wall: m.
-      handle_reach: from the body to the outside of the handle, m.
-      density: kg/m³.
-    """
+    """A stoneware mug."""
     radius = 0.5 * diameter
     foot = [(0.0, 0.0015), (0.72 * radius, 0.0015), (0.76 * radius, 0.0), (0.84 * radius, 0.0)]
     corner = arc((0.84 * radius, 0.16 * radius), 0.16 * radius, -80.0, 0.0, 8)
@@ -57,19 +54,12 @@ def mug(
 
 @catalogue_object("Home", f"{_STONEWARE} of a cereal bowl", friction=CERAMIC.friction)
 def bowl(
-    diameter: float = 0.155,
+    diameter: float = 0.155,  # of the rim
     height: float = 0.065,
     wall: float = 0.004,
     density: float = CERAMIC.density,
 ) -> tuple[Part, ...]:
-    """A cereal bowl on a foot ring.
-
-    Args:
-      diameter: of the rim, m.
-      height: m.
-      wall: m.
-      density: kg/m³.
-    """
+    """A cereal bowl on a foot ring."""
     shape = [(0.42, 0.06), (0.7, 0.22), (0.9, 0.52), (1.0, 1.0)]
     side = spline(np.array(shape) * (0.5 * diameter, height), 16)
     foot = np.array([(0.0, 0.035), (0.36, 0.035), (0.37, 0.0), (0.42, 0.0)])
@@ -88,14 +78,7 @@ def dinner_plate(
     wall: float = 0.0045,
     density: float = CERAMIC.density,
 ) -> tuple[Part, ...]:
-    """A porcelain dinner plate with a wide rim.
-
-    Args:
-      diameter: m.
-      height: m.
-      wall: m.
-      density: kg/m³.
-    """
+    """A porcelain dinner plate with a wide rim."""
     shape = [(0.0, 0.08), (0.55, 0.08), (0.56, 0.0), (0.61, 0.0), (0.63, 0.08), (0.68, 0.24)]
     shape += [(0.72, 0.42), (0.76, 0.52), (0.85, 0.66), (1.0, 0.85)]
     curve = np.array(shape) * (0.5 * diameter, height)
@@ -111,20 +94,12 @@ def dinner_plate(
 )
 def wine_glass(
     height: float = 0.21,
-    bowl_diameter: float = 0.078,
+    bowl_diameter: float = 0.078,  # the largest
     foot_diameter: float = 0.072,
-    wall: float = 0.0015,
+    wall: float = 0.0015,  # of the bowl
     density: float = GLASS.density,
 ) -> tuple[Part, ...]:
-    """A wine glass on a stem.
-
-    Args:
-      height: m.
-      bowl_diameter: the largest, m.
-      foot_diameter: m.
-      wall: of the bowl, m.
-      density: kg/m³.
-    """
+    """A wine glass on a stem."""
     shape = [(0.0, 0.46), (0.35, 0.475), (0.75, 0.54), (1.0, 0.68), (0.93, 0.85), (0.76, 1.0)]
     curve = spline(np.array(shape) * (0.5 * bowl_diameter, height), 24)
     foot = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.008), (0.5, 0.018), (0.2, 0.035)]
@@ -140,20 +115,12 @@ def wine_glass(
 )
 def bottle(
     height: float = 0.3,
-    diameter: float = 0.075,
+    diameter: float = 0.075,  # of the body
     neck_diameter: float = 0.029,
     wall: float = 0.0035,
     density: float = GLASS.density,
 ) -> tuple[Part, ...]:
-    """An empty wine bottle of the Bordeaux shape with a punt.
-
-    Args:
-      height: m.
-      diameter: of the body, m.
-      neck_diameter: m.
-      wall: m.
-      density: kg/m³.
-    """
+    """An empty wine bottle of the Bordeaux shape with a punt."""
     radius, neck = 0.5 * diameter, 0.5 * neck_diameter
     punt = [(0.0, 0.075 * height), (0.35 * radius, 0.065 * height), (0.75 * radius, 0.0)]
     punt += [(0.9 * radius, 0.0), (radius, 0.012 * height), (radius, 0.62 * height)]
@@ -172,22 +139,13 @@ def bottle(
 )
 def can(
     height: float = 0.115,
-    diameter: float = 0.066,
-    wall: float = 0.00017,
-    fill: float = 0.93,
-    density: float = ALUMINIUM.density,
+    diameter: float = 0.066,  # of the body
+    wall: float = 0.00017,  # mean of body and ends
+    fill: float = 0.93,  # height of the drink over that of the inside, on the axis, from 0 to 1
+    density: float = ALUMINIUM.density,  # of the can
     drink_density: float = 1040.0,
 ) -> tuple[Part, ...]:
-    """A drinks can, unopened.
-
-    Args:
-      height: m.
-      diameter: of the body, m.
-      wall: mean of body and ends, m.
-      fill: height of the drink over that of the inside, on the axis, from 0 to 1. The drink moves
-        with the can.
-      density: of the can, kg/m³.
-      drink_density: kg/m³.
+    """A drinks can, unopened; the drink moves with it.
 
     Raises:
       ValueError: `fill` is outside 0 to 1.

@@ -5,14 +5,25 @@ objects of Table 3.2 the thesis gives mass and I_zz alone; sizes are ours, chose
 met (`TABLE_3_2`), at densities of real materials.
 """
 
+import itertools
+
 import numpy as np
 import shapely
 import trimesh
+from manifold3d import Manifold
 
-from mjx_inertia.objects import solids
-from mjx_inertia.objects.catalogue.materials import ABS, ALUMINIUM, CARDBOARD, STEEL
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
-from mjx_inertia.objects.part import Part, moved, on_table, turned
+from mjx_inertia.objects.catalogue.assembly import prism_part, turned_part
+from mjx_inertia.objects.catalogue.recipe import ABS, ALUMINIUM, CARDBOARD, STEEL, catalogue_object
+from mjx_inertia.objects.catalogue.shaping import (
+    block,
+    equal_area_factor,
+    equal_area_ring,
+    outline,
+    plate,
+    rod,
+)
+from mjx_inertia.objects.manifolds import from_manifold
+from mjx_inertia.objects.model import Part, moved, on_table, turned
 
 # Mass (kg) and I_zz about the CoM (kg m²) of the six novel objects, thesis Table 3.2.
 TABLE_3_2: dict[str, tuple[float, float]] = {
@@ -52,17 +63,16 @@ def saucepan(
     inner = [radius - round_off, base + round_off - wall] + (round_off - wall) * corner[::-1]
     rim = np.array([[radius, height], [radius - wall, height]])
     profile = np.concatenate([[[0.0, 0.0]], outer, rim, inner, [[0.0, base]]])
-    pan = solids.revolution(profile, density=metal_density, color=_BRIGHT)
+    pan = turned_part(profile, density=metal_density, color=_BRIGHT)
     middle = height - 0.022  # of the handle where it begins
-    bracket = solids.box((0.04, 0.022, 0.012), density=metal_density, color=_STEEL_GREY)
-    held = moved(bracket, (radius + 0.012, 0.0, middle - 0.006))
-    filled = solids.cylinder(radius, height, density=1.0)
+    bracket = block(0.04, 0.022, 0.012).translate((radius + 0.012, 0.0, middle - 0.006))
+    bracket -= plate(outline(equal_area_ring(radius)), height)
     start = radius + 0.032
     path = [(0.0, 0.0), (0.35, 0.006), (0.75, 0.016), (1.0, 0.020)]
     stations = [(start + t * handle_length, middle + rise) for t, rise in path]
     widths = [(0.010, 0.008), (0.014, 0.009), (0.015, 0.009), (0.010, 0.007)]
     handle = _loft(stations, widths, handle_density)
-    return (pan, solids.carved(held, filled), handle)
+    return (pan, Part(from_manifold(bracket), metal_density, _STEEL_GREY), handle)
 
 
 @catalogue_object("Toys", _TABLE + "hollow plastic with full tracks", mass=0.5, friction=0.5)
@@ -83,7 +93,8 @@ def tank(
         y = 0.5 * side * (width - band)
         parts.append(_along_y(lane, band, y, 2.0 * density, _BLACK))
         for x in np.linspace(-0.32, 0.32, 4) * length:
-            wheel = solids.cylinder(0.36 * track, 0.003, density=density, color=_DARK_OLIVE)
+            ring = equal_area_ring(0.36 * track)
+            wheel = prism_part(ring, 0.003, density=density, color=_DARK_OLIVE)
             out = turned(wheel, -90.0 * side, (1.0, 0.0, 0.0))
             parts.append(moved(out, (x, 0.5 * side * width, 0.5 * track)))
     belly = [(-0.46, 0.25), (0.40, 0.25), (0.46, 0.6), (0.46, 1.0), (-0.46, 1.0)]
@@ -95,19 +106,17 @@ def tank(
     ring = np.array([(0.2, -0.16), (0.2, 0.16), (0.06, 0.3), (-0.24, 0.3), (-0.32, 0.0)])
     ring = np.concatenate([ring, ring[3:1:-1] * [1.0, -1.0]]) * [length, width]
     corners = [np.c_[ring * s, np.full(len(ring), z)] for s, z in ((1.0, low), (0.8, high))]
-    parts.append(solids.convex(np.concatenate(corners), density=density, color=_DARK_OLIVE))
-    hatch = solids.cylinder(0.1 * width, 0.005, density=density, color=_OLIVE)
-    parts.append(moved(hatch, (-0.08 * length, 0.0, high)))
+    turret = Manifold.hull_points(np.concatenate(corners))
+    hatch = prism_part(equal_area_ring(0.1 * width), 0.005, density=density, color=_OLIVE)
     middle = 0.5 * (low + high)
-    muzzle = 0.18 * length + barrel_length
-    gun = solids.bar(
-        np.array([[0.15 * length, 0.0, middle], [muzzle, 0.0, middle]]),
-        0.0042,
-        density=density,
-        color=_DARK_OLIVE,
+    breech, muzzle = (0.15 * length, 0.0, middle), (0.18 * length + barrel_length, 0.0, middle)
+    gun = rod(breech, muzzle, 0.0042 * equal_area_factor(24), segments=24) - turret
+    return (
+        *parts,
+        Part(from_manifold(turret), density, _DARK_OLIVE),
+        moved(hatch, (-0.08 * length, 0.0, high)),
+        Part(from_manifold(gun), density, _DARK_OLIVE),
     )
-    parts.append(solids.carved(gun, parts[-2]))
-    return tuple(parts)
 
 
 @catalogue_object("Pushing", _TABLE + "granite, 2650 kg/m³", mass=2.5, friction=0.6)
@@ -122,7 +131,7 @@ def rock(
     points[:, 2] = np.maximum(points[:, 2], -0.55)
     low, high = points.min(axis=0), points.max(axis=0)
     points = (points - [*(0.5 * (low + high))[:2], low[2]]) / (high - low) * [x, y, z]
-    return (solids.convex(points, density=density, color=(0.50, 0.49, 0.47)),)
+    return (Part(from_manifold(Manifold.hull_points(points)), density, (0.50, 0.49, 0.47)),)
 
 
 @catalogue_object("Home", "sizes and mass from §5.3.1 of the thesis", mass=0.34, friction=0.35)
@@ -142,9 +151,8 @@ def book(
     ring = np.array([*spine, *over, (-half, thickness)])
     cover = _along_y(ring, length, 0.0, board_density, (0.50, 0.12, 0.14))
     size = (width - board - inset, length - 2.0 * inset, thickness - 2.0 * board)
-    place = (0.5 * (board - inset), 0.0, board)
-    pages = solids.box(size, place, density=page_density, color=(0.95, 0.93, 0.86))
-    return (cover, pages)
+    pages = block(*size).translate((0.5 * (board - inset), 0.0, board))
+    return (cover, Part(from_manifold(pages), page_density, (0.95, 0.93, 0.86)))
 
 
 @catalogue_object("Primitives", "sizes and mass from §4.5.2 of the thesis", mass=0.3)
@@ -164,22 +172,15 @@ def disk_with_weights(
     heavy: `weight_density_ratio` is their density over that of disk and handle, and puts 0.16 kg
     into the weights.
     """
-    foam = 50.0
-    disk = solids.cylinder(
-        radius, height, (0.0, 0.0, weight_height), density=foam, color=(0.35, 0.55, 0.75)
-    )
+    foam, heavy, red = 50.0, weight_density_ratio * 50.0, (0.75, 0.30, 0.20)
     top = weight_height + height
-    handle = solids.cylinder(
-        handle_radius, handle_length, (0.0, 0.0, top), density=foam, color=_BLACK
-    )
+    area = equal_area_ring(radius)
+    disk = prism_part(area, height, weight_height, density=foam, color=(0.35, 0.55, 0.75))
+    area = equal_area_ring(handle_radius)
+    handle = prism_part(area, handle_length, top, density=foam, color=_BLACK)
+    area = equal_area_ring(weight_radius)
     weights = [
-        solids.cylinder(
-            weight_radius,
-            weight_height,
-            (x, 0.0, z),
-            density=weight_density_ratio * foam,
-            color=(0.75, 0.30, 0.20),
-        )
+        prism_part(np.add(area, [x, 0.0]), weight_height, z, density=heavy, color=red)
         for x in (-weight_offset, weight_offset)
         for z in (0.0, top)
     ]
@@ -220,19 +221,17 @@ def tensor_object(
     edge = 0.2 * ring_width
     rim = [(ring_radius - edge, 0.0), (ring_radius, edge), (ring_radius, ring_width - edge)]
     bore = [(arm_radius, 0.0), *rim, (ring_radius - edge, ring_width), (arm_radius, ring_width)]
-    parts = [
-        solids.box((2 * hub, 2 * hub, 2 * hub), (0.0, 0.0, -hub), density=ABS.density, color=_BLACK)
-    ]
+    cube = block(2 * hub, 2 * hub, 2 * hub).translate((0.0, 0.0, -hub))
+    parts = [Part(from_manifold(cube), ABS.density, _BLACK)]
     for name, (distance, angle, axis) in place.items():
         if not low <= distance <= high:
             raise ValueError(
                 f"{name}: {distance} m is off the arm; choose from {low:.4g} to {high:.4g} m"
             )
-        arm = solids.cylinder(
-            arm_radius, arm_length, (0.0, 0.0, hub), density=ABS.density, color=_BRIGHT
-        )
+        area = equal_area_ring(arm_radius)
+        arm = prism_part(area, arm_length, hub, density=ABS.density, color=_BRIGHT)
         color = (0.15, 0.30, 0.75) if name == "handle_ring" else _BLACK
-        ring = solids.revolution(np.array(bore), density=STEEL.density, color=color)
+        ring = turned_part(np.array(bore), density=STEEL.density, color=color)
         lifted = moved(ring, (0.0, 0.0, distance - 0.5 * ring_width))
         parts += [turned(arm, angle, axis), turned(lifted, angle, axis)]
     return on_table(*parts)
@@ -242,7 +241,7 @@ def _along_y(
     ring: np.ndarray, width: float, y: float, density: float, color: tuple[float, float, float]
 ) -> Part:
     """An outline in x and z made `width` thick about the given y."""
-    flat = solids.extrusion(ring, width, density=density, color=color)
+    flat = prism_part(ring, width, density=density, color=color)
     return moved(turned(flat, 90.0, (1.0, 0.0, 0.0)), (0.0, y + 0.5 * width, 0.0))
 
 
@@ -250,9 +249,17 @@ def _loft(
     stations: list[tuple[float, float]], widths: list[tuple[float, float]], density: float
 ) -> Part:
     """A handle of elliptic section, black, through points in x and z of half widths in y and z."""
-    sections = 24
-    rings = [
-        np.c_[np.full(sections, x), np.add(solids.ellipse(y, z, sections), [0.0, height])]
-        for (x, height), (y, z) in zip(stations, widths, strict=True)
-    ]
-    return solids.skin(rings, density=density, color=_BLACK)
+    place, half = np.array(stations), np.array(widths)
+    section = equal_area_ring(1.0, sections=24)
+
+    def carried(vertices: np.ndarray) -> np.ndarray:
+        ring = np.rint(vertices[:, 2]).astype(int)
+        across = place[ring, 1] + vertices[:, 1] * half[ring, 1]
+        return np.column_stack([place[ring, 0], vertices[:, 0] * half[ring, 0], across])
+
+    # section by section; from one to the next it is convex
+    steps = len(stations) - 1
+    solid = Manifold.extrude(outline(section), steps, steps - 1).warp_batch(carried)
+    rings = [carried(np.c_[section, np.full(24, i)]) for i in range(steps + 1)]
+    pieces = tuple(np.concatenate(pair) for pair in itertools.pairwise(rings))
+    return Part(from_manifold(solid), density, _BLACK, pieces)

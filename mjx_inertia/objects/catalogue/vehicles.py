@@ -1,12 +1,13 @@
 """Toys that drive, sail and fly: car, locomotive, sailing boat, rocket.
 
-In: sizes and densities. Out: parts at rest, as `Recipe.build` promises. All look along +x.
+In: sizes (m) and densities (kg/m³). Out: parts at rest that look along +x.
 """
 
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from mjx_inertia.objects.catalogue.materials import (
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble
+from mjx_inertia.objects.catalogue.recipe import (
     ABS,
     BARE_STEEL,
     BARE_WOOD,
@@ -19,12 +20,10 @@ from mjx_inertia.objects.catalogue.materials import (
     WHITE,
     WOOD,
     YELLOW,
+    catalogue_object,
 )
-from mjx_inertia.objects.catalogue.recipe import catalogue_object
 from mjx_inertia.objects.catalogue.shaping import (
     ROUND,
-    Piece,
-    assemble,
     block,
     ellipsoid_manifold,
     lathe,
@@ -36,30 +35,21 @@ from mjx_inertia.objects.catalogue.shaping import (
     soften,
     spline,
 )
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import Part
 
 _BEECH = "turned and sawn beech, 700 kg/m³"
 
 
 @catalogue_object("Toys", f"{_BEECH}, on steel axles", friction=WOOD.friction)
 def car(
-    length: float = 0.125,
-    width: float = 0.056,
+    length: float = 0.125,  # of the body; the side view scales with it
+    width: float = 0.056,  # over the wheels
     wheel_diameter: float = 0.026,
-    body_density: float = WOOD.density,
+    body_density: float = WOOD.density,  # of body, windows and bumpers
     wheel_density: float = WOOD.density,
     axle_density: float = STEEL.density,
 ) -> tuple[Part, ...]:
-    """A wooden toy car on four wheels.
-
-    Args:
-      length: of the body, m; the side view scales with it.
-      width: over the wheels, m.
-      wheel_diameter: m.
-      body_density: of body, windows and bumpers, kg/m³.
-      wheel_density: kg/m³.
-      axle_density: kg/m³.
-    """
+    """A wooden toy car on four wheels."""
     size = length / 0.125
     low = [(-0.061, 0.012), (0.061, 0.012), (0.0625, 0.022), (0.056, 0.031), (0.026, 0.035)]
     low += [(-0.056, 0.036), (-0.0625, 0.027)]
@@ -117,15 +107,11 @@ def _running_gear(
 
 @catalogue_object("Toys", _BEECH, friction=WOOD.friction)
 def locomotive(
-    length: float = 0.17, width: float = 0.06, density: float = WOOD.density
+    length: float = 0.17,  # the side view scales with it
+    width: float = 0.06,
+    density: float = WOOD.density,
 ) -> tuple[Part, ...]:
-    """A wooden toy steam locomotive.
-
-    Args:
-      length: m; the side view scales with it.
-      width: m.
-      density: kg/m³.
-    """
+    """A wooden toy steam locomotive."""
     size = length / 0.172
     axis = 0.03 + 0.38 * width
     high = axis + 0.34 * width
@@ -183,23 +169,14 @@ def _spoked_wheels(size: float, width: float) -> tuple[Manifold, Manifold]:
 
 @catalogue_object("Toys", f"{_BEECH}, and fabric sails", friction=WOOD.friction)
 def sailing_boat(
-    length: float = 0.2,
+    length: float = 0.2,  # of the hull
     beam: float = 0.075,
-    mast_height: float = 0.2,
+    mast_height: float = 0.2,  # above the deck
     sail_thickness: float = 0.0012,
-    hull_density: float = WOOD.density,
+    hull_density: float = WOOD.density,  # of hull and mast
     sail_density: float = FABRIC.density,
 ) -> tuple[Part, ...]:
-    """A toy sailing boat with two sails and a flag, on its flat bottom.
-
-    Args:
-      length: of the hull, m.
-      beam: m.
-      mast_height: above the deck, m.
-      sail_thickness: m.
-      hull_density: of hull and mast, kg/m³.
-      sail_density: kg/m³.
-    """
+    """A toy sailing boat with two sails and a flag, on its flat bottom."""
     deck, step = 0.22 * length, 0.1 * length  # heights of the deck; x of the mast
     below, above = _hull(length, beam, deck)
     foot, top = deck + 0.022, deck + mast_height
@@ -249,20 +226,12 @@ def _hull(length: float, beam: float, deck: float) -> tuple[Manifold, Manifold]:
 @catalogue_object("Toys", "ABS, 1050 kg/m³, walls of 2 mm", friction=ABS.friction)
 def rocket(
     height: float = 0.24,
-    diameter: float = 0.07,
+    diameter: float = 0.07,  # of the body
     wall: float = 0.002,
-    fin_span: float = 0.05,
+    fin_span: float = 0.05,  # how far the fins reach out of the body
     density: float = ABS.density,
 ) -> tuple[Part, ...]:
-    """A toy rocket, hollow, standing on its four fins.
-
-    Args:
-      height: m.
-      diameter: of the body, m.
-      wall: m.
-      fin_span: how far the fins reach out of the body, m.
-      density: kg/m³.
-    """
+    """A toy rocket, hollow, standing on its four fins."""
     shape = [(0.55, 0.1), (0.8, 0.25), (1.0, 0.48), (0.86, 0.72), (0.45, 0.92), (0.0, 1.0)]
     side = spline(np.array(shape) * (0.5 * diameter, height), 26)
     area = CrossSection([np.vstack([side, side[-2::-1] * (-1.0, 1.0)])])

@@ -4,14 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mjx_inertia.objects.catalogue.shaping import (
-    Piece,
-    assemble,
-    block,
-    lathe,
-    resting_rotation,
-    rod,
-)
+from mjx_inertia.objects.catalogue.assembly import Piece, assemble, resting_rotation
+from mjx_inertia.objects.catalogue.shaping import block, lathe, rod
 
 GREY = (0.5, 0.5, 0.5)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mjx_inertia.objects import CATEGORIES, friction_radius, load_catalogue
-from mjx_inertia.objects.catalogue.load import recipes
+from mjx_inertia.objects import friction_radius, load_catalogue
+from mjx_inertia.objects.catalogue.load import CATEGORIES, recipes
 from mjx_inertia.spatial import Consistency, check_consistency
 
 pytestmark = pytest.mark.float64

@@ -4,13 +4,14 @@ import jax
 import jaxtyping
 import numpy as np
 import pytest
+import trimesh
 
 from mjx_inertia.objects import load_catalogue
-from mjx_inertia.objects.catalogue import recipe as recipe_module
-from mjx_inertia.objects.catalogue.load import recipes
-from mjx_inertia.objects.catalogue.recipe import Recipe, build
-from mjx_inertia.objects.model_file import load_model, save_model
-from mjx_inertia.objects.solids import box
+from mjx_inertia.objects.catalogue import cache as cache_module, load as load_module
+from mjx_inertia.objects.catalogue.cache import load_model, save_model
+from mjx_inertia.objects.catalogue.load import build, recipes
+from mjx_inertia.objects.catalogue.recipe import Recipe
+from mjx_inertia.objects.model import Part, moved
 
 
 def mass_of(name, **parameters):
@@ -72,7 +73,7 @@ def test_errors(arguments, message):
 
 def test_a_failure_names_the_object_and_its_parameters():
     def ring(width: float = 0.5):
-        return (box((0.1, 0.1, 0.1 / (1.0 - width)), density=1.0),)
+        return (Part(trimesh.creation.box((0.1, 0.1, 0.1 / (1.0 - width))), 1.0),)
 
     with pytest.raises(
         ValueError, match=r"ring: no such object with parameters {'width': 1\.0}: fl"
@@ -82,8 +83,9 @@ def test_a_failure_names_the_object_and_its_parameters():
 
 def test_an_object_that_topples_is_refused():
     def crane():
-        arm = box((0.2, 0.02, 0.02), (0.09, 0.0, 0.1), density=1.0)
-        return box((0.02, 0.02, 0.1), density=1.0), arm
+        arm = Part(trimesh.creation.box((0.2, 0.02, 0.02)), 1.0)
+        pole = Part(trimesh.creation.box((0.02, 0.02, 0.1)), 1.0)
+        return moved(pole, (0.0, 0.0, 0.05)), moved(arm, (0.09, 0.0, 0.11))
 
     with pytest.raises(ValueError, match="crane: topples, its CoM at x, y = "):
         build(Recipe("crane", "Toys", crane, None, "made up"))
@@ -114,7 +116,7 @@ def test_the_cache_gives_back_what_was_made(tmp_path, monkeypatch, float64):
         def fail(*_):
             raise AssertionError("made anew")
 
-        monkeypatch.setattr(recipe_module, "_made", fail)
+        monkeypatch.setattr(load_module, "_made", fail)
         kept = load_catalogue("saucepan", cache=tmp_path)["saucepan"]
         assert_same(made, kept)
         assert kept.inertial.mass.dtype == (np.float64 if float64 else np.float32)
@@ -149,6 +151,6 @@ def test_recipes_are_documented():
 
 def test_the_cache_knows_the_code_that_an_object_runs_on(tmp_path, monkeypatch):
     load_catalogue("cube", cache=tmp_path)
-    monkeypatch.setattr(recipe_module, "_code", lambda: "changed")
+    monkeypatch.setattr(cache_module, "_code", lambda: "changed")
     load_catalogue("cube", cache=tmp_path)
     assert len(list(tmp_path.iterdir())) == 2

@@ -3,15 +3,18 @@
 import numpy as np
 import pytest
 import trimesh
+from simple_parts import box, cylinder, tube
 
-from mjx_inertia.objects import Part, friction_radius, from_parts, moved, solids, turned
+from mjx_inertia.objects import Part, friction_radius, from_parts
+from mjx_inertia.objects.catalogue.primitives import ellipsoid
+from mjx_inertia.objects.model import moved, turned
 
 pytestmark = pytest.mark.float64
 
 
 def hammer(mass=None):
-    handle = turned(solids.cylinder(0.015, 0.3, density=700.0), 90.0, (0.0, 1.0, 0.0))
-    head = solids.box((0.04, 0.12, 0.04), (-0.02, 0.0, 0.0), density=7800.0, color=(0.1, 0.2, 0.3))
+    handle = turned(cylinder(0.015, 0.3, density=700.0), 90.0, (0.0, 1.0, 0.0))
+    head = box((0.04, 0.12, 0.04), (-0.02, 0.0, 0.0), density=7800.0, color=(0.1, 0.2, 0.3))
     return from_parts("hammer", [moved(handle, (0.0, 0.0, 0.02)), head], mass=mass, friction=0.3)
 
 
@@ -59,34 +62,30 @@ def test_mesh_outline_height_and_colour():
 def test_what_it_stands_on():
     """Four feet: their patches alone bear it, and the friction radius is theirs."""
     feet = [
-        solids.box((0.02, 0.02, 0.05), (x, y, 0.0), density=1.0)
-        for x in (-0.1, 0.1)
-        for y in (-0.1, 0.1)
+        box((0.02, 0.02, 0.05), (x, y, 0.0), density=1.0) for x in (-0.1, 0.1) for y in (-0.1, 0.1)
     ]
-    stool = from_parts(
-        "stool", [solids.box((0.3, 0.3, 0.02), (0.0, 0.0, 0.05), density=1.0), *feet]
-    )
+    stool = from_parts("stool", [box((0.3, 0.3, 0.02), (0.0, 0.0, 0.05), density=1.0), *feet])
     assert len(stool.support) == 4
     assert stool.stability == pytest.approx(0.11, abs=1e-6)
     assert friction_radius(stool.support, np.zeros(2)) == pytest.approx(0.1 * np.sqrt(2), rel=5e-3)
-    pipe = from_parts("pipe", [solids.tube(0.1, 0.09, 0.1, density=1.0)])
+    pipe = from_parts("pipe", [tube(0.1, 0.09, 0.1, density=1.0)])
     assert len(pipe.support) == 2
     mean = 2 / 3 * (0.1**3 - 0.09**3) / (0.1**2 - 0.09**2)
     assert friction_radius(pipe.support, np.zeros(2)) == pytest.approx(mean, rel=2e-3)
 
 
 def test_round_things_stand_on_a_small_patch_and_leaning_ones_topple():
-    ball = solids.ellipsoid((0.05, 0.05, 0.05), (0.0, 0.0, 0.05), density=500.0)
+    (ball,) = ellipsoid.build(0.05, 0.05, 0.05, density=500.0)
     resting = moved(ball, (0.0, 0.0, -float(ball.mesh.bounds[0, 2])))
     assert 0.001 < from_parts("ball", [resting]).stability < 0.006
     arm = [
-        solids.box((0.02, 0.02, 0.1), density=1.0),
-        solids.box((0.2, 0.02, 0.02), (0.09, 0.0, 0.1), density=1.0),
+        box((0.02, 0.02, 0.1), density=1.0),
+        box((0.2, 0.02, 0.02), (0.09, 0.0, 0.1), density=1.0),
     ]
     assert from_parts("crane", arm).stability < -0.02
 
 
-UNIT = solids.box((1.0, 1.0, 1.0), density=1.0)
+UNIT = box((1.0, 1.0, 1.0), density=1.0)
 OPEN = Part(
     trimesh.creation.box((1.0, 1.0, 1.0)).slice_plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), 1.0
 )

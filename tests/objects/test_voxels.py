@@ -1,4 +1,4 @@
-"""Density by voxel and as a function of position."""
+"""Bodies as grids of voxels, each with its own mass."""
 
 import jax
 import jax.numpy as jnp
@@ -7,13 +7,8 @@ import pytest
 import trimesh
 from solids_of_known_mass import box, ellipsoid, torus, worst_difference
 
-from mjx_inertia.objects import (
-    VoxelGrid,
-    mass_properties,
-    properties_of_field,
-    voxel_properties,
-    voxelize,
-)
+from mjx_inertia.objects import mass_properties, voxel_properties, voxelize
+from mjx_inertia.objects.voxels import VoxelGrid
 from mjx_inertia.spatial import (
     Consistency,
     InertialParameters,
@@ -93,9 +88,11 @@ class TestVoxels:
         grid = voxelize(mesh.vertices, mesh.faces, 1.0, edge=0.005)
         density = 1000.0 * (1.0 + 2.0 * grid.centers()[..., 0])
         body = properties_of_grid(grid.replace(masses=grid.masses * density))
-        exact = properties_of_field(
-            mesh.vertices, mesh.faces, lambda x: 1000.0 * (1.0 + 2.0 * x[0])
-        )
+        # of the box of 6 litres about the origin: ∫ x² dV = V 0.3² / 12, ∫ x³ dV = 0
+        square = np.array([0.3, 0.2, 0.1]) ** 2 / 12
+        com = np.array([2.0 * square[0], 0.0, 0.0])
+        second = 6.0 * (square - com**2)
+        exact = InertialParameters(6.0, com, np.diag(second.sum() - second))
         assert differences(body, exact, 0.3) < 1e-3
 
     def test_derivatives_in_the_masses(self):
@@ -139,65 +136,3 @@ class TestVoxels:
         arguments = {"density": 1.0, "edge": 0.05, **changes}
         with pytest.raises(ValueError, match=message):
             voxelize(mesh.vertices, mesh.faces, **arguments)
-
-
-class TestField:
-    def test_a_constant_field_is_a_uniform_density(self):
-        mesh = turned(torus(sections=32).mesh)
-        body = properties_of_field(mesh.vertices, mesh.faces, lambda x: jnp.array(800.0), points=3)
-        assert differences(body, mass_properties(mesh.vertices, mesh.faces, 800.0), 0.5) < 1e-12
-
-    def test_a_cubic_density_is_integrated_exactly(self):
-        """ρ = x³ on the unit cube: mass 1/4, CoM 4/5, ∫ x² ρ = 1/6."""
-        mesh = trimesh.creation.box((1.0, 1.0, 1.0)).apply_translation((0.5, 0.5, 0.5))
-        body = properties_of_field(mesh.vertices, mesh.faces, lambda x: x[0] ** 3)
-        np.testing.assert_allclose(body.mass, 0.25, rtol=1e-13)
-        np.testing.assert_allclose(body.com, [0.8, 0.5, 0.5], rtol=1e-13)
-        xx, yy = 1 / 6 - 0.25 * 0.8**2, 0.25 / 12
-        np.testing.assert_allclose(body.inertia, np.diag([2 * yy, xx + yy, xx + yy]), atol=1e-14)
-
-    @pytest.mark.long
-    def test_converges_on_a_smooth_density_of_a_solid_that_is_not_convex(self):
-        """ρ = exp(-z / h): over a torus, in flat rings."""
-        major, minor, h = 0.2, 0.07, 0.05
-        z, w = np.polynomial.legendre.leggauss(60)
-        # a slice at height z is a ring of area 4 π R √(r² - z²); z = r sin t
-        t, dt = 0.5 * np.pi * z, 0.5 * np.pi * w
-        height = minor * np.sin(t)
-        mass = np.sum(dt * 4 * np.pi * major * (minor * np.cos(t)) ** 2 * np.exp(-height / h))
-        mesh = torus(major, minor, 128).mesh
-        body = properties_of_field(
-            jnp.asarray(mesh.vertices), mesh.faces, lambda x: jnp.exp(-x[2] / h), points=5
-        )
-        finer = properties_of_field(
-            jnp.asarray(mesh.vertices), mesh.faces, lambda x: jnp.exp(-x[2] / h), points=8
-        )
-        np.testing.assert_allclose(body.mass, finer.mass, rtol=1e-7)
-        facets = mesh.volume / (2 * np.pi**2 * major * minor**2)
-        np.testing.assert_allclose(body.mass, mass * facets, rtol=1e-3)
-
-    def test_gradient_in_what_the_density_closes_over(self):
-        mesh = box().mesh
-
-        def mass(slope):
-            body = properties_of_field(
-                mesh.vertices, mesh.faces, lambda x: 1.0 + slope * (x[0] + 0.15)
-            )
-            return body.mass
-
-        np.testing.assert_allclose(jax.grad(mass)(0.5), 0.006 * 0.15, rtol=1e-12)
-
-    def test_a_density_that_is_negative_somewhere_says_so(self):
-        mesh = box().mesh
-        middle = float(mesh.bounds[:, 0].mean())
-        body = properties_of_field(mesh.vertices, mesh.faces, lambda p: 0.1 + 10 * (p[0] - middle))
-        assert all(np.all(np.isnan(leaf)) for leaf in jax.tree.leaves(body))
-
-    def test_bad_input(self):
-        mesh = box().mesh
-        with pytest.raises(ValueError, match="`points` is 2"):
-            properties_of_field(mesh.vertices, mesh.faces, lambda x: x[0], points=2)
-        with pytest.raises(ValueError, match="not watertight"):
-            properties_of_field(mesh.vertices, mesh.faces[1:], lambda x: x[0])
-        nothing = properties_of_field(mesh.vertices, mesh.faces, lambda x: 0.0 * x[0])
-        assert check_consistency(nothing) == Consistency.NOT_FINITE

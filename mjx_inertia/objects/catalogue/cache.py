@@ -1,10 +1,15 @@
-"""An object on disk: arrays and text, no code.
+"""Finished objects on disk: arrays and text, no code; in the user's cache by all that made them.
 
-In: an `ObjectModel`, a path. Out: an `.npz` file that holds it in double precision, and back.
+In: an `ObjectModel`, a path. Out: an `.npz` file that holds it in double precision, and back; a key
+of recipe, parameters, code and packages.
 """
 
+import functools
+import hashlib
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
+from importlib import metadata
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -13,11 +18,24 @@ import trimesh
 from numpy import ndarray
 
 from mjx_inertia.files import read_arrays, write_arrays
-from mjx_inertia.objects.model import ObjectModel
-from mjx_inertia.objects.part import Part
+from mjx_inertia.objects.model import ObjectModel, Part
 from mjx_inertia.spatial import InertialParameters
 
 _FORMAT = "mjx_inertia object 1"
+_PACKAGES = ("numpy", "scipy", "shapely", "trimesh", "manifold3d")
+_CODE = ("objects", "spatial")  # rooms of this library that objects are made in
+
+
+def default_cache() -> Path:
+    """Folder of finished objects in the user's cache."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return home / "mjx_inertia" / "objects"
+
+
+def cache_key(name: str, parameters: Mapping[str, object]) -> str:
+    """Of all that decides how an object of the catalogue comes out."""
+    what = [name, sorted(parameters.items()), _code(), _versions()]
+    return hashlib.sha256(json.dumps(what, default=float).encode()).hexdigest()[:16]
 
 
 def save_model(path: Path, model: ObjectModel) -> None:
@@ -98,3 +116,18 @@ def _joined(name: str, rows: Sequence[ndarray]) -> dict[str, ndarray]:
 
 def _split(name: str, arrays: dict[str, ndarray]) -> list[ndarray]:
     return np.split(arrays[name], arrays[f"{name}_ends"][:-1])
+
+
+@functools.cache
+def _code() -> str:
+    """SHA-256 of all code that objects are made with."""
+    library = Path(__file__).parents[2]
+    digest = hashlib.sha256()
+    for path in sorted(path for room in _CODE for path in (library / room).rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+@functools.cache
+def _versions() -> list[str]:
+    return [metadata.version(package) for package in _PACKAGES]
