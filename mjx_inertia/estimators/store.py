@@ -20,7 +20,7 @@ from mjx_inertia.estimators.newton import FittedNewton
 from mjx_inertia.estimators.random_forest import FittedForest
 from mjx_inertia.estimators.training import TargetScale
 from mjx_inertia.estimators.trees import TreeEnsemble
-from mjx_inertia.files import read_arrays, write_arrays
+from mjx_inertia.files import OtherFormat, read_arrays, write_arrays
 
 # Records that may be stored, and the records that they hold.
 STORED_TYPES: dict[str, type] = {
@@ -64,7 +64,7 @@ def load_fitted(path: str | Path) -> object:
     with read_arrays(Path(path), f"a fitted estimator ({_FORMAT!r}, {_VERSION})") as arrays:
         description = json.loads(str(arrays.pop("description")))
         if (description["format"], description["version"]) != (_FORMAT, _VERSION):
-            raise ValueError(f"found {description['format']!r} version {description['version']}")
+            raise OtherFormat(f"{description['format']!r}, {description['version']}")
         return _put_together(description["fitted"], arrays)
 
 
