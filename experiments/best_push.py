@@ -45,11 +45,11 @@ from mjx_inertia.estimators.sysid.next_push import (
     straight_pushes,
     target_slopes,
 )
-from mjx_inertia.evaluation import draw_bound_maps, draw_sequences
 from mjx_inertia.evaluation.appearance import styled
 from mjx_inertia.experiment import experiment
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import PushRecord, Scene, SceneSettings, build_scene
+from parts.information_figures import draw_bound_maps, draw_sequences
 
 LIMITS = PusherLimits(speed=(0.05, 0.2), length=0.08)
 SAMPLES = 432  # every record is padded to this: one compiled program for all

@@ -22,10 +22,7 @@ from matplotlib.figure import Figure
 from mjx_inertia.dataset import (
     MeasuredSettings,
     PushBatch,
-    SlowPushes,
-    load_block,
     load_mcube_folder,
-    load_quasistatic,
 )
 from mjx_inertia.estimators import (
     NewtonSettings,
@@ -39,6 +36,7 @@ from mjx_inertia.experiment import experiment, sweep_result
 from mjx_inertia.objects import ObjectModel, friction_radius, load_mcube_objects
 from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import SweepResult
+from parts.quasistatic_files import SlowPushes, load_block, load_quasistatic
 
 SETTINGS = NewtonSettings()
 INFORMATIVE = 0.15  # predicted standard deviation over the estimate

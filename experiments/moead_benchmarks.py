@@ -47,7 +47,7 @@ from mjx_inertia import runtime
 from mjx_inertia.experiment import experiment
 from mjx_inertia.pareto import hypervolume, inverted_generational_distance
 from mjx_inertia.search import ArchiveSettings, MoeadSettings, Problem, VariationSettings, moead
-from mjx_inertia.search.benchmarks import dtlz, dtlz_front, zdt, zdt_front
+from parts.benchmark_problems import dtlz, dtlz_front, zdt, zdt_front
 
 SETTINGS = {
     2: MoeadSettings(population=100, archive=ArchiveSettings(capacity=100)),

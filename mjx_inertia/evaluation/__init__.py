@@ -34,10 +34,6 @@ from mjx_inertia.evaluation.fit_figures import (
     draw_fit as draw_fit,
     fit_signals as fit_signals,
 )
-from mjx_inertia.evaluation.information_figures import (
-    draw_bound_maps as draw_bound_maps,
-    draw_sequences as draw_sequences,
-)
 from mjx_inertia.evaluation.intervals import (
     Calibration as Calibration,
     Interval as Interval,

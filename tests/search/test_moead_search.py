@@ -18,10 +18,10 @@ from mjx_inertia.search import (
     moead,
     progress,
 )
-from mjx_inertia.search.benchmarks import zdt, zdt_front
 from mjx_inertia.search.decomposition import decomposition
 from mjx_inertia.search.moead_search import Moead
 from mjx_inertia.search.weights import spread_weights
+from parts.benchmark_problems import zdt, zdt_front
 
 SMALL = MoeadSettings(population=30, archive=ArchiveSettings(capacity=40))
 

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy import ndarray
 
-from mjx_inertia.search.problem import Evaluation, Problem
+from mjx_inertia.search import Evaluation, Problem
 from mjx_inertia.search.weights import simplex_lattice
 
 ZDT3_PARTS = (  # of the first cost, where the front is; Zitzler et al. 2000 by its definition
