@@ -37,8 +37,8 @@ from pymoo.optimize import minimize
 from mjx_inertia import runtime
 from mjx_inertia.experiment import experiment
 from mjx_inertia.search import ArchiveSettings, MoeadSettings, moead
+from mjx_inertia.search.decomposition import spread_weights
 from mjx_inertia.search.problem import evaluate_all
-from mjx_inertia.search.weights import spread_weights
 from mjx_inertia.space import (
     AS_PRINTED,
     BOUND,

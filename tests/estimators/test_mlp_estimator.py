@@ -23,8 +23,9 @@ from mjx_inertia.estimators.mlp_network import (
     surprise,
 )
 from mjx_inertia.estimators.mlp_training import TrainingRows, TrainingSettings, train_network
-from mjx_inertia.features import FeatureSettings, feature_names
-from mjx_inertia.features.series import BINS, MEAN_FORCE, SCALES, series_grid
+from mjx_inertia.features import FeatureSettings
+from mjx_inertia.features.example_table import feature_names
+from mjx_inertia.features.feature_sets import BINS, MEAN_FORCE, SCALES, series_grid
 
 SMALL = MlpSettings(width=16, depth=1, epochs=12, least_steps=0, checkpoint_every=3, progress=False)
 KEY = jax.random.key(0)
