@@ -32,9 +32,15 @@ from mjx_inertia.dataset import (
     add_noise,
     simulated_source,
 )
-from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
+from mjx_inertia.estimators import (
+    ESTIMATORS,
+    TARGETS,
+    Estimate,
+    EstimateStatus,
+    TwoFingerLeastSquares,
+    estimate_two_finger,
+)
 from mjx_inertia.estimators.sysid import Fit, SysidSettings, fit, observed, to_parameters
-from mjx_inertia.estimators.two_finger import TwoFingerLeastSquares, estimate_two_finger
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.evaluation.appearance import DARK, SERIES, TARGET_AXES, grid_of_axes, styled
 from mjx_inertia.experiment import experiment

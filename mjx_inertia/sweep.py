@@ -1,7 +1,8 @@
 """The main job: `python -m mjx_inertia.sweep [overrides]`.
 
 Simulates (or reads) pushes, takes features, fits every estimator on every split, judges it on
-pushes that it has not seen, and writes `results.csv` and a self-contained `report.html`.
+pushes that it has not seen, and writes `results.csv`, a self-contained `report.html` and the fitted
+estimators.
 """
 
 import dataclasses
@@ -25,7 +26,7 @@ from mjx_inertia.dataset import (
     provenance,
     simulated_source,
 )
-from mjx_inertia.estimators import ESTIMATORS, Estimate, forest_tree
+from mjx_inertia.estimators import ESTIMATORS, STORED_TYPES, Estimate, forest_tree, save_fitted
 from mjx_inertia.evaluation import (
     HeldOutEstimates,
     Published,
@@ -173,8 +174,14 @@ def run_sweep(settings: SweepSettings) -> SweepResult | None:
 def write_outputs(
     folder: Path, result: SweepResult, config_yaml: str, sections: tuple[Section, ...] = ()
 ) -> str:
-    """Writes `results.csv` and `report.html` to a folder; returns the table as text."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Writes `results.csv`, `report.html` and `fitted/` to a folder; returns the table as text.
+
+    `fitted/<split>.<estimator>.npz` holds the estimator of the split's last fold for `load_fitted`.
+    """
+    (folder / "fitted").mkdir(parents=True, exist_ok=True)
+    for (split, name), fitted in result.fitted.items():
+        if isinstance(fitted, tuple(STORED_TYPES.values())):  # what `sysid` fits is its start alone
+            save_fitted(folder / "fitted" / f"{split}.{name}.npz", fitted)
     summaries = summarize_all(result.evaluations)
     write_results(folder / "results.csv", summaries)
     source = result.source

@@ -11,8 +11,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from mjx_inertia.estimators.boosted_trees import FittedBoosted
-from mjx_inertia.estimators.log_linear import LogLinear
+from mjx_inertia.estimators.boosted_trees import FittedBoosted, LogLinear
 from mjx_inertia.estimators.mean_estimator import FittedMean
 from mjx_inertia.estimators.mlp_estimator import FittedMlp
 from mjx_inertia.estimators.mlp_network import InputScale, Shape

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mjx_inertia.estimators import load_fitted
+from mjx_inertia.estimators.boosted_trees import FittedBoosted
 from mjx_inertia.settings import compose, override
 from mjx_inertia.sweep import run_sweep, write_outputs
 
@@ -58,6 +60,7 @@ def test_run_writes_results_and_a_report(store, tmp_path):
     error = {(r["split"], r["estimator"], r["target"]): float(r["abs_mean_percent"]) for r in rows}
     for split in ("thesis", "grouped"):
         assert error[split, "boosted", "mass"] < 0.5 * error[split, "mean", "mass"]
+    assert isinstance(load_fitted(tmp_path / "run/fitted/grouped.boosted.npz"), FittedBoosted)
     html = (tmp_path / "run" / "report.html").read_text()
     assert "http" not in html.replace("http://www.w3.org", "")
     assert "boosted" in run.stdout and "warp" not in run.stdout
