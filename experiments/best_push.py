@@ -244,27 +244,16 @@ def drawn_objects(count: int, settings: SysidSettings, seed: int) -> tuple[np.nd
 
 @dataclass
 class Campaign:
-    """Sequences of pushes under way: some choose, the others push at random.
+    """Sequences of pushes under way: some choose, the others push at random."""
 
-    Attributes:
-      truth: coordinates of each sequence's object.
-      grid: its candidates.
-      chooses: whether it chooses.
-      z: estimate so far.
-      known: information so far, belief included.
-      pushes: made so far, all sequences together.
-      observation: of each.
-      group: which sequence made it.
-    """
-
-    truth: np.ndarray
-    grid: list[Pushes]
-    chooses: np.ndarray
-    z: np.ndarray
-    known: np.ndarray
-    pushes: list[Pushes]
-    observation: list[Any]
-    group: np.ndarray
+    truth: np.ndarray  # coordinates of each sequence's object
+    grid: list[Pushes]  # its candidates
+    chooses: np.ndarray  # whether it chooses
+    z: np.ndarray  # estimate so far
+    known: np.ndarray  # information so far, belief included
+    pushes: list[Pushes]  # made so far, all sequences together
+    observation: list[Any]  # of each
+    group: np.ndarray  # which sequence made it
 
 
 def next_pushes(lab: Lab, c: Campaign, active: np.ndarray, rng: np.random.Generator) -> list[int]:

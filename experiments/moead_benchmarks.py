@@ -83,21 +83,13 @@ class Options:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Benchmark:
-    """A problem and what its results are measured against.
+    """A problem and what its results are measured against."""
 
-    Attributes:
-      name: pymoo's.
-      problem: ours.
-      front: points of it.
-      reference: of the hypervolume.
-      lattice: the front in the directions of the weights, which a decomposition tends to; of three
-        costs.
-    """
-
-    name: str
-    problem: Problem
-    front: Float[ndarray, "m k"]
-    reference: Float[ndarray, " k"]
+    name: str  # pymoo's
+    problem: Problem  # ours
+    front: Float[ndarray, "m k"]  # points of it
+    reference: Float[ndarray, " k"]  # of the hypervolume
+    # the front in the directions of the weights, which a decomposition tends to; of three costs
     lattice: Float[ndarray, "w k"] | None = None
 
     @property

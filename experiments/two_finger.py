@@ -94,17 +94,11 @@ class Case:
 
 @dataclass(frozen=True)
 class Answers:
-    """One method's estimates of all cuboids, CoM from the middle of the long face, SI units.
+    """One method's estimates of all cuboids, CoM from the middle of the long face, SI units."""
 
-    Attributes:
-      label: of the method.
-      mean: (12, 4); NaN where no push was usable.
-      std: (12, 4): over the pushes that are averaged, or what the method states.
-    """
-
-    label: str
-    mean: np.ndarray
-    std: np.ndarray
+    label: str  # of the method
+    mean: np.ndarray  # (12, 4); NaN where no push was usable
+    std: np.ndarray  # (12, 4): over the pushes that are averaged, or what the method states
 
 
 def table_3_5() -> list[Case]:

@@ -180,7 +180,7 @@ def load_mcube_folder(
     return McubeFolder(batch, tuple(files), names, tuple(failures), tuple(duplicates))
 
 
-def stack_records(records: list[PushRecord]) -> PushRecord:
+def _stack_records(records: list[PushRecord]) -> PushRecord:
     """Records of different lengths as one, each padded with its last sample to the longest."""
     longest = max(len(record.time) for record in records)
 
@@ -211,7 +211,7 @@ def _batch(
         return jnp.asarray(np.stack(leaves))
 
     return names, PushBatch(
-        records=stack_records(records),
+        records=_stack_records(records),
         truth=jax.tree.map(stacked, *truths),
         conditions=jax.tree.map(stacked, *conditions),
     )

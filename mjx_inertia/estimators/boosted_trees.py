@@ -57,7 +57,7 @@ def _expanded(features: np.ndarray, floor: np.ndarray) -> np.ndarray:
     return np.concatenate([features, np.log(np.abs(features) + floor)], 1)
 
 
-def fit_log_linear(
+def _fit_log_linear(
     features: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n k"]
 ) -> LogLinear:
     """Fits by ridge regression; generalised cross-validation chooses each target's penalty.
@@ -91,7 +91,7 @@ def fit_log_linear(
     return LogLinear(*(jnp.asarray(f, jnp.float32) for f in fields))
 
 
-def predict_log_linear(fitted: LogLinear, features: Float[Array, "n d"]) -> Float[Array, "n k"]:
+def _predict_log_linear(fitted: LogLinear, features: Float[Array, "n d"]) -> Float[Array, "n k"]:
     """Standardised targets, kept in the range of the training."""
     design = jnp.concatenate([features, jnp.log(jnp.abs(features) + fitted.floor)], 1)
     design = (design - fitted.mean) * fitted.inverse_std
@@ -142,7 +142,7 @@ def fit_boosted(settings: BoostedSettings, examples: Examples, *, key: KeyArray)
     aside = held_out(table.targets, settings.held_out_fraction, seed)
     scale = target_scale(table.targets[~aside], logarithmic=True)
     targets = standardise(scale, table.targets)
-    linear = fit_log_linear(table.features[~aside], targets[~aside])
+    linear = _fit_log_linear(table.features[~aside], targets[~aside])
     first, rows = _first_stage(linear, jnp.asarray(table.features))
     left = targets - np.asarray(first)
     parts = train(
@@ -178,7 +178,7 @@ def _first_stage(
     linear: LogLinear, features: Float[Array, "n d"]
 ) -> tuple[Float[Array, "n 4"], Float[Array, "n e"]]:
     """What the first stage contributes to the answer, and the rows that the trees see."""
-    answer = predict_log_linear(linear, features)
+    answer = _predict_log_linear(linear, features)
     return answer * _POWER_LAWS, jnp.concatenate([features, answer], 1)
 
 

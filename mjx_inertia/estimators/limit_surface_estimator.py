@@ -220,7 +220,7 @@ class LimitSurfaceSettings:
             raise ValueError(f"settling={self.settling} is negative")
 
 
-def steady_rows(
+def _steady_rows(
     push: Signals, settings: LimitSurfaceSettings
 ) -> tuple[Float[Array, "rows 3"], Float[Array, "rows 3"], Float[Array, " rows"]]:
     """Mean loads and twists of the parts of a push, and how many samples each is the mean of.
@@ -262,7 +262,7 @@ def limit_surface_fit(
     """
     push = signals(record, FeatureSettings(reference="contact"))
     guess = WrenchTwistGuess(com_guess, settings.com_reach, settings.radius, settings.radius_factor)
-    fit = com_from_wrench_twist(*steady_rows(push, settings), guess)
+    fit = com_from_wrench_twist(*_steady_rows(push, settings), guess)
     return fit.replace(ok=fit.ok & push.usable)
 
 
