@@ -154,10 +154,6 @@ class _Draw:
 def sliders_plan(p: SlidersProtocol, seed: int) -> SliderPlan:
     """Draws boxes, pushes and instruments.
 
-    Args:
-      p: the protocol.
-      seed: of everything drawn.
-
     Raises:
       ValueError: a path shorter than the probe bends before the object moves.
     """

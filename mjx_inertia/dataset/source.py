@@ -111,10 +111,6 @@ def _shard(text: str, blocks: int) -> range:
 def generate(settings: GenerateSettings, *, progress: bool = True) -> PushStore:
     """Simulates the pushes that a store lacks.
 
-    Args:
-      settings: which pushes, and where they go.
-      progress: show a bar with the time left.
-
     Returns:
       The store; complete if all shards have been done.
 

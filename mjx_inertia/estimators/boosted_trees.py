@@ -60,12 +60,7 @@ def _expanded(features: np.ndarray, floor: np.ndarray) -> np.ndarray:
 def _fit_log_linear(
     features: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n k"]
 ) -> LogLinear:
-    """Fits by ridge regression; generalised cross-validation chooses each target's penalty.
-
-    Args:
-      features: raw.
-      targets: standardised: their mean is zero.
-    """
+    """Ridge regression to targets of mean 0; generalised cross-validation sets each penalty."""
     n = len(features)
     floor = _FLOOR * np.abs(features).mean(0, dtype=np.float64) + 1e-12
     design = _expanded(features.astype(np.float64), floor)
