@@ -18,8 +18,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import CubesProtocol, cubes_plan
-from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS, PushPlan, select_pushes
+from mjx_inertia.dataset import CubesProtocol, PushPlan, cubes_plan, select_pushes
+from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS
 from mjx_inertia.experiment import experiment
 from mjx_inertia.features import FeatureSettings
 from mjx_inertia.features.signals import signals

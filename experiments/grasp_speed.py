@@ -70,19 +70,12 @@ class Options:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Problem:
-    """Grasps whose joint motions are known, on the host.
+    """Grasps whose joint motions are known, on the host."""
 
-    Attributes:
-      arm: without the object.
-      payload: of the object, in its own frame.
-      hands: T_obj_hand of n grasps.
-      motion: of each.
-    """
-
-    arm: Arm
-    payload: InertialParameters
-    hands: Pose
-    motion: GraspMotion
+    arm: Arm  # without the object
+    payload: InertialParameters  # of the object, in its own frame
+    hands: Pose  # T_obj_hand of n grasps
+    motion: GraspMotion  # of each
 
 
 def payload() -> InertialParameters:

@@ -25,9 +25,10 @@ from mjx_inertia.dataset import (
     SensorNoise,
     SimulatedSettings,
     add_noise,
+    known_setup,
+    select_pushes,
     simulated_source,
 )
-from mjx_inertia.dataset.plan import known_setup, select_pushes
 from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
 from mjx_inertia.estimators.sysid import (
     SysidSettings,

@@ -22,10 +22,7 @@ from matplotlib.figure import Figure
 from mjx_inertia.dataset import (
     MeasuredSettings,
     PushBatch,
-    SlowPushes,
-    load_block,
     load_mcube_folder,
-    load_quasistatic,
 )
 from mjx_inertia.estimators import (
     NewtonSettings,
@@ -39,6 +36,7 @@ from mjx_inertia.experiment import experiment, sweep_result
 from mjx_inertia.objects import ObjectModel, friction_radius, load_mcube_objects
 from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import SweepResult
+from parts.quasistatic_files import SlowPushes, load_block, load_quasistatic
 
 SETTINGS = NewtonSettings()
 INFORMATIVE = 0.15  # predicted standard deviation over the estimate
@@ -49,23 +47,15 @@ BLOCK_COM = np.array([0.05, 0.05])  # m, from the right-angle corner
 
 @dataclasses.dataclass(frozen=True)
 class MassTable:
-    """Masses of single pushes, each of an object that the instrument was not calibrated on, kg.
+    """Masses of single pushes, each of an object that the instrument was not calibrated on, kg."""
 
-    Attributes:
-      name: of the object.
-      estimate: of the mass.
-      deviation: its predicted standard deviation; infinite where the push tells nothing.
-      truth: the mass.
-      baseline: training mean.
-      probe_mass: calibrated on the other objects.
-    """
-
-    name: np.ndarray
-    estimate: Float[np.ndarray, " n"]
+    name: np.ndarray  # of the object
+    estimate: Float[np.ndarray, " n"]  # of the mass
+    # its predicted standard deviation; infinite where the push tells nothing
     deviation: Float[np.ndarray, " n"]
-    truth: Float[np.ndarray, " n"]
-    baseline: Float[np.ndarray, " n"]
-    probe_mass: Float[np.ndarray, " n"]
+    truth: Float[np.ndarray, " n"]  # the mass
+    baseline: Float[np.ndarray, " n"]  # training mean
+    probe_mass: Float[np.ndarray, " n"]  # calibrated on the other objects
 
     @property
     def percent(self) -> Float[np.ndarray, " n"]:

@@ -46,8 +46,15 @@ from scipy.stats import mannwhitneyu
 from mjx_inertia import runtime
 from mjx_inertia.experiment import experiment
 from mjx_inertia.pareto import hypervolume, inverted_generational_distance
-from mjx_inertia.search import ArchiveSettings, MoeadSettings, Problem, VariationSettings, moead
-from mjx_inertia.search.benchmarks import dtlz, dtlz_front, zdt, zdt_front
+from mjx_inertia.search import (
+    ArchiveSettings,
+    MoeadSettings,
+    Problem,
+    Recording,
+    VariationSettings,
+    moead,
+)
+from parts.benchmark_problems import dtlz, dtlz_front, zdt, zdt_front
 
 SETTINGS = {
     2: MoeadSettings(population=100, archive=ArchiveSettings(capacity=100)),
@@ -76,21 +83,13 @@ class Options:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Benchmark:
-    """A problem and what its results are measured against.
+    """A problem and what its results are measured against."""
 
-    Attributes:
-      name: pymoo's.
-      problem: ours.
-      front: points of it.
-      reference: of the hypervolume.
-      lattice: the front in the directions of the weights, which a decomposition tends to; of three
-        costs.
-    """
-
-    name: str
-    problem: Problem
-    front: Float[ndarray, "m k"]
-    reference: Float[ndarray, " k"]
+    name: str  # pymoo's
+    problem: Problem  # ours
+    front: Float[ndarray, "m k"]  # points of it
+    reference: Float[ndarray, " k"]  # of the hypervolume
+    # the front in the directions of the weights, which a decomposition tends to; of three costs
     lattice: Float[ndarray, "w k"] | None = None
 
     @property
@@ -116,7 +115,7 @@ def ours(task: Benchmark, evaluations: int, seeds: int) -> tuple[list[ndarray], 
     generations = evaluations // settings.children - first
 
     def run(key: jax.Array) -> Any:
-        return moead(task.problem, settings, generations, key=key, snapshots=1)
+        return moead(task.problem, settings, generations, key=key, recording=Recording(snapshots=1))
 
     keys = jax.random.split(jax.random.key(0), seeds)
     program = jax.jit(jax.vmap(run)).lower(keys).compile()
@@ -186,7 +185,7 @@ def generation_ms() -> dict[str, float]:
     for costs, population, children in ((3, 91, 20), (3, 91, 91), (9, 210, 20)):
         archive = ArchiveSettings(capacity=population)
         settings = MoeadSettings(population=population, children=children, archive=archive)
-        run = partial(moead, dtlz(2, costs), settings, 300, snapshots=1)
+        run = partial(moead, dtlz(2, costs), settings, 300, recording=Recording(snapshots=1))
         jax.block_until_ready(run(key=jax.random.key(0)))
         times = []
         for seed in range(5):

@@ -195,10 +195,10 @@ def main(options: Options, folder: Path) -> dict[str, Any]:
         if training == "shapes" and options.shapes != Options.shapes:
             more += [f"dataset.protocol.objects={options.shapes}",
                      f"dataset.path=data/shapes-{options.shapes}.zarr"]  # fmt: skip
-        settings, _ = compose([*more, "progress=false"])
+        settings = compose([*more, "progress=false"])
         for name, found in learned(settings, names, options.pushes, changes).items():
             results[f"{training}.{name}"] = found
-    settings, _ = compose(["dataset=full", "estimator=sysid", "estimator.names=[sysid]", SYSID])
+    settings = compose(["dataset=full", "estimator=sysid", "estimator.names=[sysid]", SYSID])
     results["sysid"] = identified(settings, names, options.pushes, options.sysid)
     for method, errors in results.items():
         print(f"{method}: mean |error| of mass and I_zz, % (pushes with an answer)")

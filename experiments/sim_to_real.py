@@ -31,20 +31,20 @@ from mjx_inertia.dataset import (
     add_noise,
     load_mcube_folder,
 )
+from mjx_inertia.dataset.mcube import velocities
 from mjx_inertia.dataset.mcube_file import Signal
-from mjx_inertia.dataset.mcube_resample import velocities
-from mjx_inertia.dataset.slider_plan import (
+from mjx_inertia.estimators import ESTIMATORS, BoostedSettings, MeanSettings, MlpSettings
+from mjx_inertia.experiment import experiment
+from mjx_inertia.features import Examples, examples, take_examples
+from mjx_inertia.objects import cuboid
+from mjx_inertia.pushing import PushRecord, SceneSettings, build_scene, simulate
+from parts.slider_plan import (
     Instrument,
     SliderPlan,
     SlidersProtocol,
     SwingingMotion,
     sliders_plan,
 )
-from mjx_inertia.estimators import ESTIMATORS, BoostedSettings, MeanSettings, MlpSettings
-from mjx_inertia.experiment import experiment
-from mjx_inertia.features import Examples, examples, take_examples
-from mjx_inertia.objects import cuboid
-from mjx_inertia.pushing import PushRecord, SceneSettings, build_scene, simulate
 
 RATE = 100.0  # Hz, of what the learners see
 RAW_RATE = 200.0  # Hz, of the simulation: one step a sample

@@ -37,8 +37,8 @@ from pymoo.optimize import minimize
 from mjx_inertia import runtime
 from mjx_inertia.experiment import experiment
 from mjx_inertia.search import ArchiveSettings, MoeadSettings, moead
+from mjx_inertia.search.decomposition import spread_weights
 from mjx_inertia.search.problem import evaluate_all
-from mjx_inertia.search.weights import spread_weights
 from mjx_inertia.space import (
     AS_PRINTED,
     BOUND,
@@ -68,21 +68,14 @@ class Options:
 
 
 class Rival:
-    """The nine objectives in NumPy, at samples of which every norm is a weighted sum.
-
-    Attributes:
-      s: figures of the robot.
-      m: the manoeuvre.
-      tau: shares of the duration that are sampled.
-      counts: how many samples each stands for.
-      weights: of each in an integral over `tau`.
-    """
+    """The nine objectives in NumPy, at samples of which every norm is a weighted sum."""
 
     def __init__(self, s: PlanarSettings, m: Manoeuvre, rule: Rule | None = None) -> None:
         """Computes once what does not depend on the decision; 5,001 samples without a `rule`."""
         self.s, self.m = s, m
+        # shares of the duration that are sampled, and how many samples each stands for
         self.tau, self.counts = np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES)
-        self.weights = np.ones(SAMPLES) / (SAMPLES - 1)
+        self.weights = np.ones(SAMPLES) / (SAMPLES - 1)  # in an integral over `tau`
         self.weights[[0, -1]] /= 2.0
         if rule is not None:
             self.tau, self.weights = rule.nodes, rule.weights

@@ -23,8 +23,7 @@ import mujoco.batch
 import numpy as np
 
 from mjx_inertia import runtime
-from mjx_inertia.dataset import CubesProtocol, cubes_plan, provenance
-from mjx_inertia.dataset.plan import PushPlan, select_pushes
+from mjx_inertia.dataset import CubesProtocol, PushPlan, cubes_plan, provenance, select_pushes
 from mjx_inertia.experiment import experiment
 from mjx_inertia.objects import cube
 from mjx_inertia.pushing import (

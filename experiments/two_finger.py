@@ -32,9 +32,15 @@ from mjx_inertia.dataset import (
     add_noise,
     simulated_source,
 )
-from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
+from mjx_inertia.estimators import (
+    ESTIMATORS,
+    TARGETS,
+    Estimate,
+    EstimateStatus,
+    TwoFingerLeastSquares,
+    estimate_two_finger,
+)
 from mjx_inertia.estimators.sysid import Fit, SysidSettings, fit, observed, to_parameters
-from mjx_inertia.estimators.two_finger import TwoFingerLeastSquares, estimate_two_finger
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.evaluation.appearance import DARK, SERIES, TARGET_AXES, grid_of_axes, styled
 from mjx_inertia.experiment import experiment
@@ -88,17 +94,11 @@ class Case:
 
 @dataclass(frozen=True)
 class Answers:
-    """One method's estimates of all cuboids, CoM from the middle of the long face, SI units.
+    """One method's estimates of all cuboids, CoM from the middle of the long face, SI units."""
 
-    Attributes:
-      label: of the method.
-      mean: (12, 4); NaN where no push was usable.
-      std: (12, 4): over the pushes that are averaged, or what the method states.
-    """
-
-    label: str
-    mean: np.ndarray
-    std: np.ndarray
+    label: str  # of the method
+    mean: np.ndarray  # (12, 4); NaN where no push was usable
+    std: np.ndarray  # (12, 4): over the pushes that are averaged, or what the method states
 
 
 def table_3_5() -> list[Case]:

@@ -12,24 +12,20 @@ import math
 import os
 import platform
 import time
-import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-import hydra
 from hydra.core.config_store import ConfigStore
-from hydra.core.hydra_config import HydraConfig
-from hydra.errors import HydraException, OverrideParseException
 from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import provenance
 from mjx_inertia.evaluation import Section, TargetSummary, summarize_all
-from mjx_inertia.settings import CONFIGS, SweepSettings, from_config, register_defaults
-from mjx_inertia.sweep import SweepResult, devices_of_job, run_sweep, write_outputs
+from mjx_inertia.program import run_program
+from mjx_inertia.settings import SweepSettings, register_defaults
+from mjx_inertia.sweep import SweepResult, run_sweep, settings_of_job, write_outputs
 
 Result = dict[str, Any]
 # Adds figures to the report and entries to the result.
@@ -42,7 +38,6 @@ EXPECTED = {
     str: "text that is not empty",
     NoneType: "null",
 }
-FULL_ERROR = "HYDRA_FULL_ERROR"  # asks for tracebacks
 HELP = """${hydra.help.header}
 
 Options, to be given as name=value; lists as name=[a,b]; -m name=a,b runs both:
@@ -72,7 +67,11 @@ def experiment(
         @functools.wraps(main)
         def program() -> None:
             _register(file.stem, kinds, prefix, main.__globals__["__doc__"])
-            _run(file.stem, main, kinds, prefix)
+
+            def work(records: list[Any], folder: Path) -> None:
+                publish(folder, main(*records, folder))
+
+            run_program(file.stem, lambda config: _records(config, kinds, prefix), work)
 
         return program
 
@@ -120,56 +119,6 @@ def _defaults(kinds: tuple[type, ...], prefix: str) -> dict[str, Any]:
     return {prefix: options} if prefix else options
 
 
-def _run(name: str, main: Callable[..., Result], kinds: tuple[type, ...], prefix: str) -> None:
-    """Runs `main` as the command line says; what is wrong with that ends in one sentence."""
-    full_error = os.environ.get(FULL_ERROR)
-
-    def job(config: DictConfig) -> None:
-        _set_environment(FULL_ERROR, full_error)
-        folder = Path(HydraConfig.get().runtime.output_dir)
-        try:
-            records = _records(config, kinds, prefix)
-        except ValueError as error:
-            if full_error:
-                raise
-            raise SystemExit(f"error: {error}") from None
-        try:
-            result = main(*records, folder)
-        except (ValueError, RuntimeError, FileNotFoundError) as error:
-            if full_error:
-                raise
-            (folder / "error.txt").write_text(traceback.format_exc())
-            raise SystemExit(f"error: {error} (where: {folder / 'error.txt'})") from None
-        publish(folder, result)
-
-    # Hydra then raises its errors instead of printing them over several lines.
-    os.environ[FULL_ERROR] = "1"
-    try:
-        hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)(job)()
-    except (HydraException, OmegaConfBaseException) as error:
-        if full_error:
-            raise
-        raise SystemExit(f"error: {_sentence(error)}") from None
-    finally:
-        _set_environment(FULL_ERROR, full_error)
-
-
-def _set_environment(name: str, value: str | None) -> None:
-    os.environ.pop(name, None)
-    if value is not None:
-        os.environ[name] = value
-
-
-def _sentence(error: Exception) -> str:
-    """What Hydra found wrong, on one line."""
-    if isinstance(error, OverrideParseException):
-        return f"{error.override!r}: expected name=value, with special characters in quotes"
-    lines = [line.strip().rstrip(".") for line in str(error).splitlines() if line.strip()]
-    if isinstance(error.__cause__, ConfigAttributeError | ConfigKeyError):  # an unknown name
-        return f"{lines[0]}: --help lists the options"
-    return "; ".join(lines)
-
-
 def _records(config: DictConfig, kinds: tuple[type, ...], prefix: str) -> list[Any]:
     """A record of each kind from the composed configuration."""
     raw = OmegaConf.to_container(config, resolve=True)
@@ -180,8 +129,7 @@ def _records(config: DictConfig, kinds: tuple[type, ...], prefix: str) -> list[A
     records: list[Any] = []
     for kind in kinds:
         if kind is SweepSettings:
-            settings = from_config(config)
-            records.append(dataclasses.replace(settings, devices=devices_of_job(config)))
+            records.append(settings_of_job(config, known))
         else:
             records.append(options_from(kind, raw[prefix] if prefix else raw, prefix))
     return records
@@ -272,14 +220,13 @@ def sweep_result(
       extra: what this experiment adds to the report and to the result.
     """
     start = time.perf_counter()
-    text = (folder / ".hydra" / "config.yaml").read_text()
     runtime.configure(settings.devices)
     found = run_sweep(settings)
     if found is None:
         raise ValueError("the store lacks other shards; run without dataset.shard")
-    write_outputs(folder, found, text)  # kept whatever becomes of the extra
+    write_outputs(folder, found, settings.config_yaml)  # kept whatever becomes of the extra
     sections, entries = extra(settings, found, folder) if extra else ((), {})
-    print(write_outputs(folder, found, text, sections))
+    print(write_outputs(folder, found, settings.config_yaml, sections))
     for note in found.source.notes:
         print(note)
     print(f"report: {folder / 'report.html'}")

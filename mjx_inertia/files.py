@@ -27,6 +27,10 @@ _UNEXPECTED = (
 )
 
 
+class OtherFormat(ValueError):
+    """An archive that is whole but of another kind or version; says which it is."""
+
+
 def check_writable(path: Path) -> None:
     """Finds out before work that takes its time whether its file can be written.
 
@@ -72,7 +76,7 @@ def read_arrays(path: Path, expected: str, remedy: str = "") -> Iterator[dict[st
     """Arrays of an `.npz` file by name, to be used in a `with` block.
 
     What goes wrong in the block, such as an array that is missing, is reported as a fault of the
-    file.
+    file; `OtherFormat` as what it says was found.
 
     Args:
       path: of the file.
@@ -81,7 +85,7 @@ def read_arrays(path: Path, expected: str, remedy: str = "") -> Iterator[dict[st
 
     Raises:
       FileNotFoundError: there is no such file.
-      ValueError: the file is truncated, damaged or of another kind.
+      ValueError: the file is truncated, damaged, of another kind or of another version.
     """
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected {expected}")
@@ -89,6 +93,8 @@ def read_arrays(path: Path, expected: str, remedy: str = "") -> Iterator[dict[st
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         yield arrays
+    except OtherFormat as error:
+        raise ValueError(f"{path}: expected {expected}, found {error}{remedy}") from None
     except _UNEXPECTED as error:
         raise ValueError(
             f"{path}: expected {expected}, found a file that is truncated, damaged or of another "

@@ -36,11 +36,7 @@ def dominates(better: Float[Array, "m k"], worse: Float[Array, "n k"]) -> Bool[A
 def pareto_set(
     costs: Float[Array | ndarray, "n k"], columns: Sequence[int] | None = None
 ) -> Int[ndarray, " m"]:
-    """Rows that no other dominates in the given columns, in ascending order, on the host.
-
-    Args:
-      costs: the table.
-      columns: which metrics count; all if None.
+    """Rows that no other dominates in the given columns (None: all), ascending, on the host.
 
     Raises:
       ValueError: no column, or one that the table does not have.
@@ -55,10 +51,6 @@ def knee(costs: Float[Array | ndarray, "n k"], columns: Sequence[int] | None = N
 
     The farthest below the plane through the ends of the front (Das 1999, "On characterizing the
     knee of the Pareto curve"): with each cost from 0 to 1 over the Pareto set, the least sum.
-
-    Args:
-      costs: the table.
-      columns: which metrics count; all if None.
 
     Raises:
       ValueError: as `pareto_set`.
@@ -101,11 +93,7 @@ def weighted_choice(
 ) -> Int[Array, ""]:
     """The row of least weighted sum of `normalised` costs; `NONE` where all failed.
 
-    A cost of weight 0 counts for nothing, not even as a failure.
-
-    Args:
-      costs: the table.
-      weights: not negative.
+    Weights are not negative; a cost of weight 0 counts for nothing, not even as a failure.
     """
     counted = jnp.where(weights > 0.0, costs, 0.0)
     total = jnp.sum(weights * normalised(counted), axis=1)
@@ -119,12 +107,8 @@ def hypervolume(
 ) -> float:
     """Volume between the reference point and what the rows dominate, in the product of the units.
 
-    Rows that are not better than the reference in every cost add nothing, nor do rows with NaN.
-    Exact for any number of costs; fast up to five.
-
-    Args:
-      costs: lower is better; dominated and equal rows are allowed.
-      reference: worse than what counts in every cost.
+    Rows that are not better than the reference in every cost add nothing, nor do rows with NaN,
+    and dominated and equal rows are allowed. Exact for any number of costs; fast up to five.
 
     Raises:
       ValueError: the reference is not finite, or a cost is minus infinity.
@@ -136,11 +120,7 @@ def hypervolume(
 def approximate_hypervolume(
     costs: Float[Array | ndarray, "n k"], reference: Float[Array | ndarray, " k"]
 ) -> float:
-    """The same for many costs, without noise: the same rows have the same volume.
-
-    Args:
-      costs: as of `hypervolume`; at least two.
-      reference: as of `hypervolume`.
+    """The same for many costs, two at least, without noise: the same rows have the same volume.
 
     Raises:
       ValueError: as `hypervolume`.
@@ -159,11 +139,8 @@ def inverted_generational_distance(
 ) -> float:
     """Mean distance from the points of the front to the nearest row (Coello and Reyes 2004).
 
-    Rows with NaN or an infinity are left out; infinite if no row is left.
-
-    Args:
-      costs: the set.
-      front: points of the true front, dense against the set.
+    The front is to be dense against the rows. Rows with NaN or an infinity are left out; infinite
+    if no row is left.
 
     Raises:
       ValueError: the front has no point, or one that is not finite.

@@ -5,7 +5,7 @@ holds overrides only, and no `DictConfig` passes beyond this module.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,13 @@ _PROTOCOLS = {
     "cubes30": Cubes30Protocol(),
     "shapes": ShapesProtocol(),
 }
+# What a configuration holds, and its dataset, simulated or measured.
+_SECTIONS = ("dataset", "estimator", "features", "seed", "progress", "devices")
+_DATASET = {
+    *("name", "kind", "spread"),
+    *("path", "protocol", "scene", "block", "shard", "splits", "grouped_share", "floor"),
+    *("root", "objects", "rate"),
+}
 
 
 @dataclass(frozen=True)
@@ -45,6 +52,8 @@ class SweepSettings:
     seed: int = 0  # of everything random in the estimators
     progress: bool = True  # show bars
     devices: int | None = None  # host devices of the CPU (None: one a core)
+    # the configuration that all this was read from, for the report
+    config_yaml: str = field(default="", compare=False, repr=False)
 
 
 def override(defaults: Any, changes: Mapping[str, Any], where: str = "") -> Any:
@@ -111,14 +120,27 @@ def _dataset(raw: dict[str, Any], seed: int) -> SimulatedSettings | MeasuredSett
     )
 
 
-def from_config(config: DictConfig) -> SweepSettings:
+def _refuse_unknown(given: Iterable[Any], known: Iterable[str], path: str = "") -> None:
+    known = sorted(known)
+    if unknown := [name for name in given if name not in known]:
+        raise ValueError(f"{path}{unknown[0]}: no such option; there are {known}")
+
+
+def from_config(config: DictConfig, others: Collection[str] = ()) -> SweepSettings:
     """Settings of a composed configuration.
 
+    Args:
+      config: composed from `configs/sweep.yaml`.
+      others: names in it that are not of the main job.
+
     Raises:
-      ValueError: a value that makes no sense, with its name and what to do.
+      ValueError: an unknown name, or a value that makes no sense, with its name and what to do.
     """
     raw = OmegaConf.to_container(config, resolve=True)
     assert isinstance(raw, dict)
+    _refuse_unknown(raw, {*_SECTIONS, *others})
+    _refuse_unknown(raw["dataset"], _DATASET, "dataset.")
+    _refuse_unknown(raw["estimator"], ["names", *ESTIMATORS], "estimator.")
     unknown = sorted(set(raw["estimator"]["names"]) - set(ESTIMATORS))
     if unknown:
         raise ValueError(f"estimator.names has {unknown[0]!r}; there are {sorted(ESTIMATORS)}")
@@ -135,11 +157,12 @@ def from_config(config: DictConfig) -> SweepSettings:
         seed=raw["seed"],
         progress=raw["progress"],
         devices=raw["devices"],
+        config_yaml=OmegaConf.to_yaml(config, resolve=True),
     )
 
 
-def compose(overrides: Sequence[str]) -> tuple[SweepSettings, str]:
-    """Settings (and their YAML) of `configs/sweep.yaml` with overrides, for scripts and tests."""
+def compose(overrides: Sequence[str]) -> SweepSettings:
+    """Settings of `configs/sweep.yaml` with overrides, for scripts and tests."""
     register_defaults()
     running = GlobalHydra.instance().hydra  # an experiment may compose further configurations
     GlobalHydra.instance().clear()
@@ -148,4 +171,4 @@ def compose(overrides: Sequence[str]) -> tuple[SweepSettings, str]:
             config = hydra_compose("sweep", overrides=list(overrides))
     finally:
         GlobalHydra.instance().hydra = running
-    return from_config(config), OmegaConf.to_yaml(config)
+    return from_config(config)

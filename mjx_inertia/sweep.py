@@ -1,34 +1,32 @@
 """The main job: `python -m mjx_inertia.sweep [overrides]`.
 
 Simulates (or reads) pushes, takes features, fits every estimator on every split, judges it on
-pushes that it has not seen, and writes `results.csv` and a self-contained `report.html`.
+pushes that it has not seen, and writes `results.csv`, a self-contained `report.html` and the fitted
+estimators.
 """
 
-import os
-from collections.abc import Iterable, Mapping
+import dataclasses
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import hydra
 import jax
 import numpy as np
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from tqdm import tqdm
 
 from mjx_inertia import runtime
 from mjx_inertia.dataset import (
-    McubeFileError,
     SimulatedSettings,
     Source,
     Split,
-    StoreError,
     measured_source,
     provenance,
     simulated_source,
 )
-from mjx_inertia.estimators import ESTIMATORS, Estimate, forest_tree
+from mjx_inertia.estimators import ESTIMATORS, STORED_TYPES, Estimate, forest_tree, save_fitted
 from mjx_inertia.evaluation import (
     HeldOutEstimates,
     Published,
@@ -43,8 +41,9 @@ from mjx_inertia.evaluation import (
     write_results,
 )
 from mjx_inertia.features import Examples, concatenate, examples, families_of, take_examples
+from mjx_inertia.program import run_program
 from mjx_inertia.pushing import PushRecord, PushStatus
-from mjx_inertia.settings import CONFIGS, SweepSettings, from_config, register_defaults
+from mjx_inertia.settings import SweepSettings, from_config, register_defaults
 
 THESIS_TABLE_3_3 = Published(
     "thesis, Table 3.3",
@@ -175,8 +174,14 @@ def run_sweep(settings: SweepSettings) -> SweepResult | None:
 def write_outputs(
     folder: Path, result: SweepResult, config_yaml: str, sections: tuple[Section, ...] = ()
 ) -> str:
-    """Writes `results.csv` and `report.html` to a folder; returns the table as text."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Writes `results.csv`, `report.html` and `fitted/` to a folder; returns the table as text.
+
+    `fitted/<split>.<estimator>.npz` holds the estimator of the split's last fold for `load_fitted`.
+    """
+    (folder / "fitted").mkdir(parents=True, exist_ok=True)
+    for (split, name), fitted in result.fitted.items():
+        if isinstance(fitted, tuple(STORED_TYPES.values())):  # what `sysid` fits is its start alone
+            save_fitted(folder / "fitted" / f"{split}.{name}.npz", fitted)
     summaries = summarize_all(result.evaluations)
     write_results(folder / "results.csv", summaries)
     source = result.source
@@ -221,28 +226,29 @@ def devices_of_job(config: DictConfig) -> int | None:
     return max(1, runtime.cores() // jobs) if jobs > 0 else 1
 
 
-@hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name="sweep")
-def main(config: DictConfig) -> None:
-    """Runs the job that the command line asks for."""
-    try:
-        runtime.configure(devices_of_job(config))
-        settings = from_config(config)
-        result = run_sweep(settings)
-        folder = Path(HydraConfig.get().runtime.output_dir)
-        if result is None:
-            print(f"shard {config.dataset.shard} is done; the store waits for the others")
-            return
-        table = write_outputs(folder, result, OmegaConf.to_yaml(config, resolve=True))
-    except (StoreError, McubeFileError, ValueError, FileNotFoundError) as error:
-        if os.environ.get("HYDRA_FULL_ERROR"):
-            raise
-        raise SystemExit(f"error: {error}") from None
-    print(table)
+def settings_of_job(config: DictConfig, others: Collection[str] = ()) -> SweepSettings:
+    """`from_config`, with the cores that this job may use."""
+    settings = from_config(config, others)
+    return dataclasses.replace(settings, devices=devices_of_job(config))
+
+
+def _run(settings: SweepSettings, folder: Path) -> None:
+    runtime.configure(settings.devices)
+    result = run_sweep(settings)
+    if result is None:
+        print("this shard is done; the store waits for the others")
+        return
+    print(write_outputs(folder, result, settings.config_yaml))
     for note in result.source.notes:
         print(note)
     print(f"\nreport: {folder / 'report.html'}")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Runs the job that the command line asks for."""
     register_defaults()
+    run_program("sweep", settings_of_job, _run)
+
+
+if __name__ == "__main__":
     main()

@@ -31,7 +31,7 @@ FIRST = ("pipeline", "test_checks.py", "space", "grasping")
 FLOAT64 = ("grasping", "robots", "search", "space", "spatial")
 ENOUGH_MEMORY = 1_200_000  # KiB, of a worker
 
-install_import_hook(checked_modules(), "typecheck.check")
+install_import_hook([*checked_modules(), "parts"], "typecheck.check")
 
 
 def pytest_configure() -> None:

@@ -9,8 +9,10 @@ import pytest
 import yaml
 from omegaconf import OmegaConf
 
+from mjx_inertia.dataset import Source
 from mjx_inertia.experiment import options_from
 from mjx_inertia.settings import CONFIGS, compose, from_config
+from mjx_inertia.sweep import SweepResult
 
 SCRIPTS = {path.stem: path for path in (CONFIGS.parent / "experiments").glob("*.py")}
 PREFIXES = {"identify": "identify", "novel_objects": "novel"}
@@ -103,14 +105,19 @@ def test_configuration_of_every_script(name, run_script, capsys):
         assert options_from(namespace["Options"], told) == namespace["Options"]()
     if "dataset" in config:
         config["dataset"]["root"] = "x"
-        settings, _ = compose([f"experiment={name}", "++dataset.root=x"])
-        assert from_config(OmegaConf.create(config)) == settings
+        settings = compose([f"experiment={name}", "++dataset.root=x"])
+        assert from_config(OmegaConf.create(config), PREFIXES.values()) == settings
     for argument in ("no_such_option=1", "no_such_option", "+no_such_option=1"):
-        if argument.startswith("+") and "dataset" in config:
-            continue  # the configuration of the sweep may hold more than is read
         code, _ = run_script(SCRIPTS[name], argument)
         assert isinstance(code, str) and code.startswith("error: ") and "\n" not in code
         assert "no_such_option" in code
+
+
+@pytest.mark.parametrize("place", ["dataset", "estimator", "features", "estimator.mlp"])
+def test_unknown_names_within_the_main_job(place, run_script):
+    code, _ = run_script(SCRIPTS["large_dataset"], f"+{place}.no_such_option=1")
+    assert isinstance(code, str) and code.startswith("error: ") and "\n" not in code
+    assert "no_such_option" in code
 
 
 @pytest.fixture
@@ -140,6 +147,26 @@ def test_run_folder_of_the_user_and_sweeps(small, run_script, tmp_path):
     results = [json.loads((tmp_path / f"many/{i}/result.json").read_text()) for i in range(2)]
     assert [r["pushes"] for r in results] == [1, 2]
     assert not (tmp_path / "outputs").exists()
+
+
+def test_a_failing_job_leaves_the_others_of_a_sweep_to_run(small, run_script, capsys, tmp_path):
+    code, _ = run_script(small, "-m", "pushes=0,1", "hydra.sweep.dir=many")
+    assert code == 1
+    error = capsys.readouterr().err
+    assert "error: no pushes (where: " in error and "Traceback" not in error
+    assert (tmp_path / "many/0/error.txt").is_file()
+    assert json.loads((tmp_path / "many/1/result.json").read_text())["pushes"] == 1
+
+
+def test_the_report_needs_no_copy_of_the_configuration(small, run_script, monkeypatch, tmp_path):
+    found = SweepResult(Source("none", lambda: iter(()), None, None, ()), {}, (), {}, None)
+    monkeypatch.setattr("mjx_inertia.experiment.run_sweep", lambda settings: found)
+    texts = []
+    write = lambda folder, result, text, sections=(): texts.append(text)  # noqa: E731
+    monkeypatch.setattr("mjx_inertia.experiment.write_outputs", write)
+    code, _ = run_script(SCRIPTS["large_dataset"], "hydra.output_subdir=null")
+    assert code == 0
+    assert yaml.safe_load(texts[0])["dataset"]["name"] == "full"
 
 
 def test_a_program_may_compose_further_configurations(small, run_script):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjx_inertia.files import read_arrays, write_arrays, write_whole
+from mjx_inertia.files import OtherFormat, read_arrays, write_arrays, write_whole
 
 
 class Unwritable:
@@ -43,3 +43,14 @@ def test_a_file_of_another_kind_is_named_with_the_remedy(tmp_path):
             read_arrays(path, "numbers", "; delete it") as a,
         ):
             a["absent"]
+
+
+def test_another_format_is_told_apart_from_damage(tmp_path):
+    path = tmp_path / "file.npz"
+    write_arrays(path, {"version": np.array(2)})
+    message = r"file\.npz: expected numbers, version 1, found version 2; delete it"
+    with (
+        pytest.raises(ValueError, match=message),
+        read_arrays(path, "numbers, version 1", "; delete it") as arrays,
+    ):
+        raise OtherFormat(f"version {arrays['version']}")

@@ -1,7 +1,7 @@
 """A folder of measured pushes as one batch, with a list of the files that are not pushes.
 
 In: a tree of HDF5 and JSON files and of zip archives of them, as they are published. Out:
-`McubeFolder`.
+`McubeFolder`: records with truth and conditions.
 """
 
 import dataclasses
@@ -12,19 +12,80 @@ from pathlib import Path, PurePosixPath
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, Float
+from numpy import ndarray
 from tqdm import tqdm
 
 from mjx_inertia.dataset.batch import PushBatch, PushConditions, PushTruth
 from mjx_inertia.dataset.mcube import TIP_RADIUS, record_from_bytes
-from mjx_inertia.dataset.mcube_file import UNREADABLE
-from mjx_inertia.dataset.mcube_name import McubeFileError, parse_name
-from mjx_inertia.dataset.mcube_truth import mcube_conditions, mcube_truth
-from mjx_inertia.objects import ObjectModel, load_mcube_objects
+from mjx_inertia.dataset.mcube_file import UNREADABLE, McubeFileError, McubePush, parse_name
+from mjx_inertia.objects import ObjectModel, closest_on_outline, load_mcube_objects
 from mjx_inertia.pushing import PushRecord
 
+FACE = 0.1  # of the perimeter: a shorter edge of an outline is part of a curve, not a face
 _ENDINGS = (".h5", ".json")
 _SAMPLED = ("time", "force", "moment", "pose", "twist", "tip_position", "tip_velocity")
+
+
+def mcube_truth(record: PushRecord, model: ObjectModel) -> PushTruth:
+    """True mass, I_zz and CoM of one push, the CoM in the frame of its first contact."""
+    inertial = model.inertial
+    pose = np.asarray(record.pose, dtype=np.float64)[0]
+    com_world = rotation_matrix(pose[2]) @ np.asarray(inertial.com, dtype=np.float64)[:2] + pose[:2]
+    normal = np.asarray(record.contact_normal, dtype=np.float64)
+    left = np.array([-normal[1], normal[0]])
+    from_contact = com_world - np.asarray(record.contact_point, dtype=np.float64)
+    return PushTruth(
+        mass=jnp.asarray(inertial.mass, dtype=jnp.float32),
+        inertia=jnp.asarray(inertial.inertia[2, 2], dtype=jnp.float32),
+        com=jnp.asarray(np.array([normal @ from_contact, left @ from_contact]), dtype=jnp.float32),
+    )
+
+
+def mcube_conditions(
+    record: PushRecord, model: ObjectModel, push: McubePush, object_id: int
+) -> PushConditions:
+    """Conditions of one push.
+
+    Friction is NaN: that of one surface varies twofold between objects. Size is the diameter of
+    the circle with the footprint's area; speed that of the file name, for an accelerated push the
+    one it ends with. The contact offset runs from -1 to 1 along the touched edge of the outline,
+    positive to the left of the inward normal, and is NaN on a curve.
+    """
+
+    def single(value: float) -> jnp.ndarray:
+        return jnp.asarray(value, dtype=jnp.float32)
+
+    return PushConditions(
+        object_id=jnp.asarray(object_id, dtype=jnp.int32),
+        friction=single(np.nan),
+        size=single(model.mean_diameter),
+        speed=single(push.nominal_speed),
+        contact_offset=single(_contact_offset(record, model)),
+        angle=single(push.angle),
+    )
+
+
+def _contact_offset(record: PushRecord, model: ObjectModel) -> float:
+    pose = np.asarray(record.pose, dtype=np.float64)[0]
+    contact = np.asarray(record.contact_point, dtype=np.float64)
+    contact_obj = rotation_matrix(pose[2]).T @ (contact - pose[:2])
+    outline = model.outline
+    edge = closest_on_outline(outline, contact_obj[None]).edge[0]
+    steps = np.roll(outline, -1, axis=0) - outline
+    lengths = np.linalg.norm(steps, axis=1)
+    if lengths[edge] < FACE * lengths.sum():
+        return float("nan")
+    middle = outline[edge] + 0.5 * steps[edge]
+    # Counter-clockwise, the edge runs to the right of the inward normal.
+    right = steps[edge] / lengths[edge]
+    return float(-right @ (contact_obj - middle) / (0.5 * lengths[edge]))
+
+
+def rotation_matrix(yaw: float) -> Float[ndarray, "2 2"]:
+    """R_world_obj of an object turned by `yaw`, rad."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.array([[cos, -sin], [sin, cos]])
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,7 +180,7 @@ def load_mcube_folder(
     return McubeFolder(batch, tuple(files), names, tuple(failures), tuple(duplicates))
 
 
-def stack_records(records: list[PushRecord]) -> PushRecord:
+def _stack_records(records: list[PushRecord]) -> PushRecord:
     """Records of different lengths as one, each padded with its last sample to the longest."""
     longest = max(len(record.time) for record in records)
 
@@ -150,7 +211,7 @@ def _batch(
         return jnp.asarray(np.stack(leaves))
 
     return names, PushBatch(
-        records=stack_records(records),
+        records=_stack_records(records),
         truth=jax.tree.map(stacked, *truths),
         conditions=jax.tree.map(stacked, *conditions),
     )

@@ -166,10 +166,6 @@ def _combinations(p: CubesProtocol, rng: np.random.Generator) -> np.ndarray:
 def cubes_plan(p: CubesProtocol, seed: int) -> PushPlan:
     """The pushes of §3.6.1: 48,000 as the thesis sets them, or a thinned set over the same ranges.
 
-    Args:
-      p: the protocol.
-      seed: of the drawn combinations and contact parameters.
-
     Raises:
       ValueError: for points so far apart that no path of this length joins them.
     """

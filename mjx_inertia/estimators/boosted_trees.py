@@ -1,6 +1,8 @@
 """Boosted trees on a log-linear stage: XGBoost trains, JAX predicts log mass, log I_zz and the CoM.
 
-In: `Examples`. Out: `FittedBoosted`, `Estimate`. Each target has trees of its own: trees with
+In: `Examples`. Out: `FittedBoosted`, `Estimate`. F = μ m g, m = impulse / speed and I = m a²/6 are
+sums of logarithms, which trees can only fit in steps: a ridge regression on the features and their
+logarithms takes these, and the trees learn the rest. Each target has trees of its own: trees with
 vector leaves (`multi_output_tree`) took longer and were less accurate on mass and CoM (a little
 better on I_zz). A few rounds choose the columns of each target; the trees to come see only these.
 """
@@ -14,7 +16,6 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.estimators.estimate import Estimate, Estimator, KeyArray, answer, usable_rows
-from mjx_inertia.estimators.log_linear import LogLinear, fit_log_linear, predict_log_linear
 from mjx_inertia.estimators.training import (
     TargetScale,
     held_out,
@@ -24,12 +25,73 @@ from mjx_inertia.estimators.training import (
     to_units,
     training_table,
 )
-from mjx_inertia.estimators.trees import TreeEnsemble, sum_over_trees
-from mjx_inertia.estimators.xgboost_trees import ColumnSearch, Job, join, train
+from mjx_inertia.estimators.trees import (
+    ColumnSearch,
+    Job,
+    TreeEnsemble,
+    join,
+    sum_over_trees,
+    train,
+)
 from mjx_inertia.features import Examples, select_columns
 
+_FLOOR = 1e-4  # of a feature's mean magnitude: the logarithm of less says nothing
+_PENALTIES = 10.0 ** np.arange(-6, 3)
 # Mass and I_zz are products of powers of what is measured; the CoM is none.
 _POWER_LAWS = np.array([1.0, 1.0, 0.0, 0.0], np.float32)
+
+
+@struct.dataclass
+class LogLinear:
+    """A ridge regression on features and logarithms of their magnitudes."""
+
+    floor: Float[Array, " d"]  # added to each magnitude before the logarithm
+    mean: Float[Array, " e"]  # of the features and logarithms
+    inverse_std: Float[Array, " e"]  # of the same; 0 where they do not vary
+    weights: Float[Array, "e k"]  # of the standardised features
+    low: Float[Array, " k"]  # smallest target of the training; the answer is kept above
+    high: Float[Array, " k"]  # largest
+
+
+def _expanded(features: np.ndarray, floor: np.ndarray) -> np.ndarray:
+    return np.concatenate([features, np.log(np.abs(features) + floor)], 1)
+
+
+def _fit_log_linear(
+    features: Float[np.ndarray, "n d"], targets: Float[np.ndarray, "n k"]
+) -> LogLinear:
+    """Ridge regression to targets of mean 0; generalised cross-validation sets each penalty."""
+    n = len(features)
+    floor = _FLOOR * np.abs(features).mean(0, dtype=np.float64) + 1e-12
+    design = _expanded(features.astype(np.float64), floor)
+    mean, std = design.mean(0), design.std(0)
+    inverse_std = np.where(std > 1e-9, 1.0 / np.maximum(std, 1e-9), 0.0)
+    design = (design - mean) * inverse_std
+    values, vectors = np.linalg.eigh(design.T @ design / n)
+    values = np.maximum(values, 0.0)
+    projected = vectors.T @ (design.T @ targets) / n
+    weights = []
+    for k in range(targets.shape[1]):
+        b, power = projected[:, k], float((targets[:, k] ** 2).mean())
+
+        def score(penalty: float, b: np.ndarray = b, power: float = power) -> float:
+            shrunk = b / (values + penalty)
+            error = power - 2 * b @ shrunk + shrunk @ (values * shrunk)
+            freedom = (values / (values + penalty)).sum() / n
+            return float(error / max(1e-9, 1.0 - freedom) ** 2)
+
+        best = min(_PENALTIES, key=score)
+        weights.append(vectors @ (b / (values + best)))
+    fields = (floor, mean, inverse_std, np.stack(weights, 1), targets.min(0), targets.max(0))
+    return LogLinear(*(jnp.asarray(f, jnp.float32) for f in fields))
+
+
+def _predict_log_linear(fitted: LogLinear, features: Float[Array, "n d"]) -> Float[Array, "n k"]:
+    """Standardised targets, kept in the range of the training."""
+    design = jnp.concatenate([features, jnp.log(jnp.abs(features) + fitted.floor)], 1)
+    design = (design - fitted.mean) * fitted.inverse_std
+    answer = jnp.matmul(design, fitted.weights, precision="highest")
+    return jnp.clip(answer, fitted.low, fitted.high)
 
 
 @dataclass(frozen=True)
@@ -75,7 +137,7 @@ def fit_boosted(settings: BoostedSettings, examples: Examples, *, key: KeyArray)
     aside = held_out(table.targets, settings.held_out_fraction, seed)
     scale = target_scale(table.targets[~aside], logarithmic=True)
     targets = standardise(scale, table.targets)
-    linear = fit_log_linear(table.features[~aside], targets[~aside])
+    linear = _fit_log_linear(table.features[~aside], targets[~aside])
     first, rows = _first_stage(linear, jnp.asarray(table.features))
     left = targets - np.asarray(first)
     parts = train(
@@ -111,7 +173,7 @@ def _first_stage(
     linear: LogLinear, features: Float[Array, "n d"]
 ) -> tuple[Float[Array, "n 4"], Float[Array, "n e"]]:
     """What the first stage contributes to the answer, and the rows that the trees see."""
-    answer = predict_log_linear(linear, features)
+    answer = _predict_log_linear(linear, features)
     return answer * _POWER_LAWS, jnp.concatenate([features, answer], 1)
 
 

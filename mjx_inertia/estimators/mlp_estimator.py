@@ -35,7 +35,7 @@ from mjx_inertia.estimators.training import (
     training_table,
 )
 from mjx_inertia.features import Examples, select_columns
-from mjx_inertia.features.series import MEAN_FORCE, mirror_signs, series_grid
+from mjx_inertia.features.feature_sets import MEAN_FORCE, mirror_signs, series_grid
 
 _MIRROR = np.array([1.0, 1.0, 1.0, -1.0])  # mass, I_zz and CoM of the mirror image
 _BLOCK = 512  # rows in flight: one compilation serves any number of rows

@@ -107,7 +107,7 @@ class _Convolutions(nnx.Module):
         return rows.reshape(x.shape[0], -1)
 
 
-class Network(nnx.Module):
+class _Network(nnx.Module):
     """A linear path to the mean, and residual blocks to the whole distribution."""
 
     def __init__(self, shape: Shape, *, rngs: nnx.Rngs) -> None:
@@ -140,7 +140,7 @@ class Network(nnx.Module):
 
 def initial_weights(shape: Shape, start: Float[Array, "e 4"], *, key: KeyArray) -> Weights:
     """Weights of which the linear path is `start`, inputs to answers, and the others are drawn."""
-    network = Network(shape, rngs=nnx.Rngs(key))
+    network = _Network(shape, rngs=nnx.Rngs(key))
     network.linear.kernel[...] = start
     flat = nnx.to_flat_state(nnx.state(network, nnx.Param))
     return {_name(path): leaf[...] for path, leaf in flat}
@@ -148,7 +148,7 @@ def initial_weights(shape: Shape, start: Float[Array, "e 4"], *, key: KeyArray) 
 
 def apply_network(shape: Shape, weights: Weights, inputs: Float[Array, "n e"]) -> Normal:
     """The network's answer, for tracing into a program."""
-    graph, state = nnx.split(nnx.eval_shape(lambda: Network(shape, rngs=nnx.Rngs(0))))
+    graph, state = nnx.split(nnx.eval_shape(lambda: _Network(shape, rngs=nnx.Rngs(0))))
     flat = {path: leaf.replace(weights[_name(path)]) for path, leaf in nnx.to_flat_state(state)}
     return nnx.merge(graph, nnx.from_flat_state(flat))(inputs)
 

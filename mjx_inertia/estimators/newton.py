@@ -61,7 +61,7 @@ def _balances(
     return jax.lax.map(one, (records, com, friction_radius), batch_size=_BLOCK)
 
 
-def force_balances(
+def _force_balances(
     records: PushRecord,
     com: Float[AnyArray, "n 2"],
     friction_radius: Float[AnyArray, " n"],
@@ -109,7 +109,7 @@ def fit_newton(
     Raises:
       ValueError: fewer than two pushes tell anything, or records of another rate.
     """
-    fits = force_balances(records, com, friction_radius, settings.balance)
+    fits = _force_balances(records, com, friction_radius, settings.balance)
     ok = np.asarray(fits.ok)
     if ok.sum() < 2:
         raise ValueError(
@@ -171,7 +171,7 @@ def predict_newton(
     Raises:
       ValueError: records of another rate.
     """
-    fits = force_balances(records, com, friction_radius, settings.balance)
+    fits = _force_balances(records, com, friction_radius, settings.balance)
     mass = jnp.where(fits.ok, fits.total - fits.slope * fitted.probe_mass, fitted.mean[0])
     residual = fits.variance @ fitted.probe_mass ** jnp.arange(3)
     variance = jnp.where(fits.ok, fitted.spread**2 * residual, jnp.inf)

@@ -24,13 +24,15 @@ from mjx_inertia.estimators.training import (
     training_table,
 )
 from mjx_inertia.estimators.trees import (
+    Job,
     TreeEnsemble,
     TreeNode,
+    join,
     readable_tree,
     sum_over_trees,
+    train,
     with_products,
 )
-from mjx_inertia.estimators.xgboost_trees import Job, join, train
 from mjx_inertia.features import Examples, select_columns
 
 _CHUNK = 50  # trees grown in one call of the library: one step of the progress bar

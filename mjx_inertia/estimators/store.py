@@ -11,8 +11,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from mjx_inertia.estimators.boosted_trees import FittedBoosted
-from mjx_inertia.estimators.log_linear import LogLinear
+from mjx_inertia.estimators.boosted_trees import FittedBoosted, LogLinear
 from mjx_inertia.estimators.mean_estimator import FittedMean
 from mjx_inertia.estimators.mlp_estimator import FittedMlp
 from mjx_inertia.estimators.mlp_network import InputScale, Shape
@@ -20,7 +19,7 @@ from mjx_inertia.estimators.newton import FittedNewton
 from mjx_inertia.estimators.random_forest import FittedForest
 from mjx_inertia.estimators.training import TargetScale
 from mjx_inertia.estimators.trees import TreeEnsemble
-from mjx_inertia.files import read_arrays, write_arrays
+from mjx_inertia.files import OtherFormat, read_arrays, write_arrays
 
 # Records that may be stored, and the records that they hold.
 STORED_TYPES: dict[str, type] = {
@@ -64,7 +63,7 @@ def load_fitted(path: str | Path) -> object:
     with read_arrays(Path(path), f"a fitted estimator ({_FORMAT!r}, {_VERSION})") as arrays:
         description = json.loads(str(arrays.pop("description")))
         if (description["format"], description["version"]) != (_FORMAT, _VERSION):
-            raise ValueError(f"found {description['format']!r} version {description['version']}")
+            raise OtherFormat(f"{description['format']!r}, {description['version']}")
         return _put_together(description["fitted"], arrays)
 
 

@@ -81,14 +81,7 @@ def styled() -> Any:
 def grid_of_axes(
     rows: int, columns: int, row_height_in: float, *, share: str = ""
 ) -> tuple[Figure, np.ndarray]:
-    """A figure as wide as the page with rows × columns axes.
-
-    Args:
-      rows: of axes.
-      columns: of axes.
-      row_height_in: height of one row, inches.
-      share: "x" or "y" for axes with one common scale.
-    """
+    """A figure as wide as the page with rows × columns axes; `share` "x" or "y": a common scale."""
     figure = Figure(figsize=(PAGE_WIDTH_IN, rows * row_height_in), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=share == "x", sharey=share == "y")
     return figure, axes

@@ -1,19 +1,96 @@
-"""How far an estimate is from the truth: percentages of the thesis, and mm for the CoM.
+"""How far estimates are from the truth: percentages of the thesis, and mm for the CoM.
 
-In: truths and estimates. Out: errors, row by row, with what must be left out named and not guessed.
+In: `HeldOutEstimates`, the answers of one estimator to the test pushes of one split. Out: errors,
+row by row; rows without a meaningful error are named, not guessed.
 """
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
-from mjx_inertia.estimators import TARGETS, EstimateStatus
-from mjx_inertia.evaluation.evaluation import HeldOutEstimates
+from mjx_inertia.dataset import PushConditions, PushTruth
+from mjx_inertia.estimators import TARGETS, Estimate, EstimateStatus
+from mjx_inertia.pushing import PushStatus
 
 COM_TARGETS = ("com_x", "com_y")
-COM_FLOOR_M = 1e-3
-"""Below this the percentage of a CoM component says nothing: errata 7."""
+_COM_FLOOR_M = 1e-3  # below this the percentage of a CoM component says nothing: errata 7
+
+
+@dataclass(frozen=True)
+class HeldOutEstimates:
+    """Estimates of one estimator beside the truth, one row a test push."""
+
+    dataset: str  # name of the dataset
+    split: str  # name of the split whose test side this is
+    estimator: str  # name of the estimator
+    estimate: Estimate  # its answers
+    truth: PushTruth  # what it should have answered
+    conditions: PushConditions  # how the pushes were made
+    # the `PushStatus` of each push; tells why an estimate failed
+    push_status: Int[Array, " n"] | Int[np.ndarray, " n"] | None = None
+    object_labels: Mapping[int, str] | None = None  # names of objects, by `object_id`
+
+    def __post_init__(self) -> None:
+        lengths = {
+            "estimate.mean": len(self.estimate.mean),
+            "estimate.covariance": len(self.estimate.covariance),
+            "estimate.status": len(self.estimate.status),
+            "truth.mass": len(self.truth.mass),
+            "truth.inertia": len(self.truth.inertia),
+            "truth.com": len(self.truth.com),
+            "conditions.object_id": len(self.conditions.object_id),
+        }
+        if self.push_status is not None:
+            lengths["push_status"] = len(self.push_status)
+        if len(set(lengths.values())) != 1 or not len(self.truth.mass):
+            raise ValueError(
+                f"Evaluation of {self.estimator!r} needs the same number of rows, at least one, "
+                f"in every field, but got {lengths}: pass rows of the same test pushes"
+            )
+
+    @property
+    def pushes(self) -> int:
+        """Number of test pushes, failed ones among them."""
+        return len(self.truth.mass)
+
+    @property
+    def objects(self) -> int:
+        """Number of different objects that were pushed."""
+        return len(np.unique(np.asarray(self.conditions.object_id)))
+
+
+def count_failures(evaluation: HeldOutEstimates) -> dict[str, int]:
+    """Failed estimates by reason, the most frequent first.
+
+    The reason is the status of the push where it is known and not OK, else that of the estimate.
+    """
+    estimate_status = np.asarray(evaluation.estimate.status)
+    push_status = (
+        np.zeros_like(estimate_status)
+        if evaluation.push_status is None
+        else np.asarray(evaluation.push_status)
+    )
+    failed = estimate_status != EstimateStatus.OK
+    reasons = Counter(
+        _status_name(PushStatus, push) if push else _status_name(EstimateStatus, estimate)
+        for push, estimate in zip(
+            push_status[failed].tolist(), estimate_status[failed].tolist(), strict=True
+        )
+    )
+    broken_promises = ~failed & ~np.isfinite(np.asarray(evaluation.estimate.mean)).all(axis=1)
+    if broken_promises.any():
+        reasons["NOT_FINITE"] = int(broken_promises.sum())
+    return dict(reasons.most_common())
+
+
+def _status_name(kind: type[PushStatus] | type[EstimateStatus], value: int) -> str:
+    try:
+        return kind(value).name
+    except ValueError:
+        return f"{kind.__name__} {value}"
 
 
 def percent_difference(
@@ -27,13 +104,6 @@ def percent_difference(
     with np.errstate(invalid="ignore", divide="ignore"):
         percent = 200.0 * (truth - estimate) / scale
     return np.where(scale == 0, 0.0, percent)
-
-
-def absolute_percent_difference(
-    truth: Float[np.ndarray, "*n"], estimate: Float[np.ndarray, "*n"]
-) -> Float[np.ndarray, "*n"]:
-    """Size of the average percent difference, in [0, 200]: what a user of one push meets."""
-    return np.abs(percent_difference(truth, estimate))
 
 
 def relative_error_percent(
@@ -92,7 +162,7 @@ def target_errors(evaluation: HeldOutEstimates, target: str) -> TargetErrors:
     failed = (status != EstimateStatus.OK) | ~np.isfinite(estimate)
     meaningless = ~np.isfinite(truth)
     if target in COM_TARGETS:
-        meaningless |= np.abs(truth) < COM_FLOOR_M
+        meaningless |= np.abs(truth) < _COM_FLOOR_M
     left_out = meaningless & ~failed
     used = ~(failed | left_out)
     return TargetErrors(

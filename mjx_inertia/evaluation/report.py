@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from mjx_inertia.estimators import TARGETS
 from mjx_inertia.evaluation.appearance import to_data_uri
-from mjx_inertia.evaluation.evaluation import HeldOutEstimates, count_failures
+from mjx_inertia.evaluation.errors import HeldOutEstimates, count_failures
 from mjx_inertia.evaluation.report_figures import Section, plan_split_figures
 from mjx_inertia.evaluation.report_tables import (
     DETAIL_COLUMNS,
@@ -27,8 +27,7 @@ from mjx_inertia.evaluation.report_tables import (
     signed_groups,
 )
 from mjx_inertia.evaluation.summary import TargetSummary, summarize_all
-from mjx_inertia.evaluation.tables import TARGET_NAMES, split_groups
-from mjx_inertia.evaluation.verdict import caveats, verdict
+from mjx_inertia.evaluation.tables import TARGET_NAMES, caveats, split_groups, verdict
 from mjx_inertia.files import write_whole
 
 

@@ -3,8 +3,8 @@
 In: summaries. Out: rows of cells.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,21 @@ class Group:
     rows: tuple[Row, ...]
 
 
+def _groups(
+    summaries: Sequence[TargetSummary],
+    baseline: str,
+    cells_of: Callable[[dict[str, TargetSummary]], Iterable[Cell]],
+) -> Iterator[tuple[tuple[str, str], Group]]:
+    """A group for each (dataset, split), with one row an estimator, the baseline first."""
+    for (dataset, split), rows in split_groups(summaries).items():
+        table = tuple(
+            Row(name, tuple(cells_of(targets)), "baseline" if name == baseline else "")
+            for name, targets in estimator_rows(rows, baseline).items()
+        )
+        size = f"{dataset} dataset · {rows[0].pushes:,} test pushes of {rows[0].objects:,} objects"
+        yield (dataset, split), Group(split, size, table)
+
+
 def headline_groups(
     summaries: Sequence[TargetSummary], baseline: str, phrases: Mapping[str, str]
 ) -> list[Group]:
@@ -66,126 +81,70 @@ def headline_groups(
 
     `phrases` says what a split is, by its name.
     """
-    groups = []
-    for (dataset, split), rows in split_groups(summaries).items():
-        best = best_estimators(rows)
-        table = []
-        by_estimator = estimator_rows(rows, baseline)
-        for name, targets in by_estimator.items():
-            cells = []
-            for target in TARGETS:
-                row = targets[target]
-                low, high = format_number(row.headline.low), format_number(row.headline.high)
-                reference = by_estimator.get(baseline, targets)[target].headline.mean
-                share = row.headline.mean / reference if reference > 0 else np.nan
-                cells.append(
-                    Cell(
-                        text=f"{format_number(row.headline.mean)} {row.headline_unit}",
-                        detail=f"{low} to {high}",
-                        bar=float(min(share, 1.0)) if np.isfinite(share) else None,
-                        best=best.get(target) == name and name != baseline,
-                    )
-                )
-            failed = max(row.failed for row in targets.values())
-            cells.append(Cell(str(failed)))
-            table.append(Row(name, tuple(cells), "baseline" if name == baseline else ""))
-        words = [phrases[split]] if split in phrases else []
-        detail = " · ".join([*words, _size(dataset, rows[0])])
-        groups.append(Group(split, detail, tuple(table)))
-    return groups
+    by_split = split_groups(summaries)
+
+    def cells_of(targets: dict[str, TargetSummary]) -> Iterator[Cell]:
+        group = by_split[targets[TARGETS[0]].dataset, targets[TARGETS[0]].split]
+        best, references = best_estimators(group), estimator_rows(group, baseline).get(baseline)
+        for target in TARGETS:
+            row = targets[target]
+            low, high = format_number(row.headline.low), format_number(row.headline.high)
+            reference = (references or targets)[target].headline.mean
+            share = row.headline.mean / reference if reference > 0 else np.nan
+            yield Cell(
+                text=f"{format_number(row.headline.mean)} {row.headline_unit}",
+                detail=f"{low} to {high}",
+                bar=float(min(share, 1.0)) if np.isfinite(share) else None,
+                best=best.get(target) == row.estimator != baseline,
+            )
+        yield Cell(str(max(row.failed for row in targets.values())))
+
+    return [
+        replace(group, detail=f"{phrases[split]} · {group.detail}") if split in phrases else group
+        for (_, split), group in _groups(summaries, baseline, cells_of)
+    ]
 
 
 def signed_groups(
     summaries: Sequence[TargetSummary], baseline: str, published: Sequence[Published]
 ) -> list[Group]:
     """Signed mean ± standard deviation (the metric of the thesis), and what others printed."""
+
+    def cells_of(targets: dict[str, TargetSummary]) -> Iterator[Cell]:
+        for target in TARGETS:
+            row = targets[target]
+            yield Cell(_plus_minus(row.signed_mean_percent, row.signed_std_percent))
+
     groups = []
-    for (dataset, split), rows in split_groups(summaries).items():
-        table = [
-            Row(
-                name,
-                tuple(
-                    Cell(_plus_minus(targets[t].signed_mean_percent, targets[t].signed_std_percent))
-                    for t in TARGETS
-                ),
-                "baseline" if name == baseline else "",
-            )
-            for name, targets in estimator_rows(rows, baseline).items()
-        ]
+    for (dataset, split), group in _groups(summaries, baseline, cells_of):
+        printed = []
         for source in published:
             if source.dataset in (None, dataset) and source.split in (None, split):
                 figures = source.signed_mean_std_percent
-                cells = tuple(
-                    Cell(_plus_minus(*figures[t]) if t in figures else "–") for t in TARGETS
-                )
-                table.append(Row(source.name, cells, "published"))
-        groups.append(Group(split, _size(dataset, rows[0]), tuple(table)))
+                texts = (_plus_minus(*figures[t]) if t in figures else "–" for t in TARGETS)
+                printed.append(Row(source.name, tuple(map(Cell, texts)), "published"))
+        groups.append(replace(group, rows=(*group.rows, *printed)))
     return groups
 
 
 def calibration_groups(summaries: Sequence[TargetSummary], baseline: str) -> list[Group]:
     """RMS z-scores and the coverage of 68 % and 95 % intervals."""
-    groups = []
-    for (dataset, split), rows in split_groups(summaries).items():
-        table = []
-        for name, targets in estimator_rows(rows, baseline).items():
-            cells = []
-            for target in TARGETS:
-                found = targets[target].calibration
-                if found.n:
-                    coverage = f"{100 * found.coverage_68:.0f} % / {100 * found.coverage_95:.0f} %"
-                    cells.append(Cell(f"{found.z_rms:.2f}", coverage))
-                else:
-                    cells.append(Cell("–", "no σ given"))
-            table.append(Row(name, tuple(cells), "baseline" if name == baseline else ""))
-        groups.append(Group(split, _size(dataset, rows[0]), tuple(table)))
-    return groups
+
+    def cells_of(targets: dict[str, TargetSummary]) -> Iterator[Cell]:
+        for target in TARGETS:
+            found = targets[target].calibration
+            if found.n:
+                coverage = f"{100 * found.coverage_68:.0f} % / {100 * found.coverage_95:.0f} %"
+                yield Cell(f"{found.z_rms:.2f}", coverage)
+            else:
+                yield Cell("–", "no σ given")
+
+    return [group for _, group in _groups(summaries, baseline, cells_of)]
 
 
 def detail_rows(summaries: Sequence[TargetSummary]) -> list[tuple[str, ...]]:
     """Every number of every summary as text, in the order of `DETAIL_COLUMNS`."""
-    return [
-        (
-            row.dataset,
-            row.split,
-            row.estimator,
-            TARGET_NAMES[row.target],
-            str(row.pushes),
-            str(row.n),
-            str(row.failed),
-            str(row.left_out),
-            _signed(row.signed_mean_percent),
-            format_number(row.signed_std_percent),
-            format_number(row.abs_mean_percent),
-            f"{format_number(row.abs_percent.low)} to {format_number(row.abs_percent.high)}",
-            format_number(row.abs_median_percent),
-            "" if row.abs_mm is None else format_number(row.abs_mm.mean),
-        )
-        for row in summaries
-    ]
-
-
-DETAIL_COLUMNS = (
-    "dataset",
-    "split",
-    "estimator",
-    "target",
-    "pushes",
-    "n",
-    "failed",
-    "left out",
-    "signed mean, %",
-    "signed std, %",
-    "abs mean, %",
-    "95 % interval",
-    "abs median, %",
-    "abs mean, mm",
-)
-TEXT_COLUMNS = 4  # the first of them hold words, the others numbers
-
-
-def _size(dataset: str, row: TargetSummary) -> str:
-    return f"{dataset} dataset · {row.pushes:,} test pushes of {row.objects:,} objects"
+    return [tuple(text(row) for text in _DETAILS.values()) for row in summaries]
 
 
 def _signed(value: float) -> str:
@@ -194,3 +153,25 @@ def _signed(value: float) -> str:
 
 def _plus_minus(mean: float, std: float) -> str:
     return f"{_signed(mean)} ± {format_number(std)} %"
+
+
+_DETAILS: dict[str, Callable[[TargetSummary], str]] = {
+    "dataset": lambda row: row.dataset,
+    "split": lambda row: row.split,
+    "estimator": lambda row: row.estimator,
+    "target": lambda row: TARGET_NAMES[row.target],
+    "pushes": lambda row: str(row.pushes),
+    "n": lambda row: str(row.n),
+    "failed": lambda row: str(row.failed),
+    "left out": lambda row: str(row.left_out),
+    "signed mean, %": lambda row: _signed(row.signed_mean_percent),
+    "signed std, %": lambda row: format_number(row.signed_std_percent),
+    "abs mean, %": lambda row: format_number(row.abs_mean_percent),
+    "95 % interval": lambda row: (
+        f"{format_number(row.abs_percent.low)} to {format_number(row.abs_percent.high)}"
+    ),
+    "abs median, %": lambda row: format_number(row.abs_median_percent),
+    "abs mean, mm": lambda row: "" if row.abs_mm is None else format_number(row.abs_mm.mean),
+}
+DETAIL_COLUMNS = tuple(_DETAILS)
+TEXT_COLUMNS = 4  # the first of them hold words, the others numbers

@@ -4,14 +4,10 @@ from mjx_inertia.features.example_table import (
     Examples as Examples,
     columns_of_set as columns_of_set,
     concatenate as concatenate,
-    families_of as families_of,
+    examples as examples,
+    extract as extract,
     select_columns as select_columns,
     take_examples as take_examples,
 )
-from mjx_inertia.features.extraction import (
-    FEATURE_SETS as FEATURE_SETS,
-    examples as examples,
-    extract as extract,
-    feature_names as feature_names,
-)
+from mjx_inertia.features.feature_sets import families_of as families_of
 from mjx_inertia.features.signals import FeatureSettings as FeatureSettings

@@ -1,21 +1,28 @@
 """The rows that estimators see: features computed once from the records, truth aside.
 
-In: feature rows with their column names. Out: `Examples`, parts of them, and columns by name.
-A column is named `set/...`, so that one table can hold a set and its supersets.
+In: `PushRecord`s or a `PushBatch`. Out: `Examples`, parts of them, and columns by name. Sets are
+known by name in `FEATURE_SETS`; a set's functions are written for one push and mapped over the
+batch here. A column is named `set/...`, so that one table can hold a set and its supersets.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
-from mjx_inertia.dataset import PushTruth
+from mjx_inertia.dataset import PushBatch, PushTruth
+from mjx_inertia.features.feature_sets import FEATURE_SETS, families_of, feature_set_of
+from mjx_inertia.features.signals import FeatureSettings, signals
 from mjx_inertia.objects import ObjectModel
-from mjx_inertia.pushing import PushRecord, PushSetup
+from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, with_few_lengths
 from mjx_inertia.spatial import AnyArray
+
+DEFAULT = FeatureSettings()
+_MOST = 256  # pushes in flight: bounds memory at about 100 MB for pushes of 1,500 samples
 
 
 @struct.dataclass
@@ -62,14 +69,6 @@ def concatenate(parts: Sequence[Examples]) -> Examples:
     return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *parts)
 
 
-_FAMILIES = {"onset": ("windows", "onset")}
-
-
-def families_of(feature_set: str) -> tuple[str, ...]:
-    """The sets whose columns a set holds, itself among them."""
-    return _FAMILIES.get(feature_set, (feature_set,))
-
-
 def columns_of_set(columns: tuple[str, ...], feature_set: str | None) -> tuple[str, ...]:
     """The columns that belong to `feature_set` ("windows" takes `windows/...`); None takes all.
 
@@ -108,3 +107,85 @@ def select_columns(examples: Examples, columns: tuple[str, ...]) -> Float[Array,
             "them with the feature set and settings that the estimator was fitted with"
         )
     return examples.features[:, jnp.asarray([place[name] for name in columns], dtype=jnp.int32)]
+
+
+def feature_names(feature_set: str, settings: FeatureSettings = DEFAULT) -> tuple[str, ...]:
+    """The columns of a feature set, in the order of `extract`."""
+    return feature_set_of(feature_set).names(settings)
+
+
+def _rows(
+    records: PushRecord, feature_set: str, settings: FeatureSettings
+) -> tuple[Float[Array, "n d"], Bool[Array, " n"]]:
+    return _rows_of_length(with_few_lengths(records), feature_set, settings)
+
+
+@partial(jax.jit, static_argnames=("feature_set", "settings"))
+def _rows_of_length(
+    records: PushRecord, feature_set: str, settings: FeatureSettings
+) -> tuple[Float[Array, "n d"], Bool[Array, " n"]]:
+    compute = FEATURE_SETS[feature_set].compute
+
+    def one(record: PushRecord) -> tuple[Float[Array, " d"], Bool[Array, ""]]:
+        push = signals(record, settings)
+        return jnp.where(push.usable, compute(push), 0.0), push.usable
+
+    # Blocks of one size: what is left over would be compiled once more.
+    count = len(records.status)
+    blocks = max(1, -(-count // _MOST))
+    size = -(-count // blocks)
+    short = blocks * size - count
+
+    def split(x: AnyArray) -> Array:
+        x = jnp.asarray(x)
+        whole = jnp.pad(x, ((0, short), *((0, 0),) * (x.ndim - 1)), mode="edge") if short else x
+        return whole.reshape(blocks, size, *x.shape[1:])
+
+    found = jax.lax.map(jax.vmap(one), jax.tree.map(split, records))
+    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:count], found)
+
+
+def extract(
+    records: PushRecord, feature_set: str, settings: FeatureSettings = DEFAULT
+) -> Float[Array, "n d"]:
+    """Features of each push of a batch; zeros where a push is not `OK` or too short."""
+    feature_set_of(feature_set)
+    return _rows(records, feature_set, settings)[0]
+
+
+def examples(
+    pushes: PushBatch | PushRecord,
+    feature_set: str,
+    settings: FeatureSettings = DEFAULT,
+    *,
+    keep_records: bool = False,
+    shapes: tuple[ObjectModel, ...] = (),
+) -> Examples:
+    """Pushes as rows, with truth if they are a `PushBatch`.
+
+    Args:
+      pushes: the records, or a batch of them.
+      feature_set: a name in `FEATURE_SETS`.
+      settings: how features are taken.
+      keep_records: keep the signals (and the setup) beside the features, for estimators that need
+        them; 35 kB a push.
+      shapes: outlines that the setup refers to.
+
+    A push that is `OK` but has fewer than three samples in contact becomes `LOST_CONTACT`: its
+    zeros must not pass for measurements.
+    """
+    columns = feature_names(feature_set, settings)
+    batch = pushes if isinstance(pushes, PushBatch) else None
+    records = pushes.records if isinstance(pushes, PushBatch) else pushes
+    features, usable = _rows(records, feature_set, settings)
+    status = jnp.asarray(records.status)
+    lost = jnp.asarray(PushStatus.LOST_CONTACT, status.dtype)
+    return Examples(
+        features=features,
+        status=jnp.where((status == PushStatus.OK) & ~usable, lost, status),
+        truth=None if batch is None else batch.truth,
+        columns=columns,
+        records=records if keep_records else None,
+        setup=batch.setup if keep_records and batch is not None else None,
+        shapes=shapes if keep_records else (),
+    )

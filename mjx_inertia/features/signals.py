@@ -65,7 +65,9 @@ def _percentile_95(values: Float[Array, " t"], inside: Bool[Array, " t"]) -> Flo
     return jnp.where(jnp.any(inside), ordered[jnp.maximum(rank, 0)], 0.0)
 
 
-def contact_start(record: PushRecord, fraction: float, inside: Bool[Array, " t"]) -> Int[Array, ""]:
+def _contact_start(
+    record: PushRecord, fraction: float, inside: Bool[Array, " t"]
+) -> Int[Array, ""]:
     """First sample of contact, 0 where there is none; `fraction` as in `FeatureSettings`."""
     force = jnp.linalg.norm(record.force, axis=-1)
     speed = jnp.linalg.norm(record.tip_velocity, axis=-1)
@@ -77,7 +79,7 @@ def signals(record: PushRecord, settings: FeatureSettings) -> Signals:
     """Signals of one push; finite for any record that is finite in its valid samples."""
     steps = jnp.arange(record.time.shape[0])
     inside = steps < record.length
-    start = contact_start(record, settings.contact_fraction, inside)
+    start = _contact_start(record, settings.contact_fraction, inside)
     valid = inside & (steps >= start)
     last = jnp.maximum(record.length - 1, 1)
     interval = jnp.maximum((record.time[last] - record.time[0]) / last, 1e-6)

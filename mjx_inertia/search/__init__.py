@@ -12,12 +12,15 @@ from mjx_inertia.search.gradient_search import (
     GradientSettings as GradientSettings,
     gradient_descent as gradient_descent,
 )
-from mjx_inertia.search.moead_search import MoeadSettings as MoeadSettings, moead as moead
-from mjx_inertia.search.problem import Evaluation as Evaluation, Problem as Problem
-from mjx_inertia.search.reference_point import toward as toward
-from mjx_inertia.search.result import (
-    History as History,
+from mjx_inertia.search.loop import (
+    Recording as Recording,
     SearchResult as SearchResult,
     progress as progress,
+)
+from mjx_inertia.search.moead_search import MoeadSettings as MoeadSettings, moead as moead
+from mjx_inertia.search.problem import (
+    Evaluation as Evaluation,
+    Problem as Problem,
+    toward as toward,
 )
 from mjx_inertia.search.variation import VariationSettings as VariationSettings

@@ -44,11 +44,6 @@ class Archive:
 def empty_archive(settings: ArchiveSettings, decision: Float[Array, " d"], costs: int) -> Archive:
     """An archive with no row in use.
 
-    Args:
-      settings: for its size.
-      decision: any, for its length and type.
-      costs: k.
-
     Raises:
       ValueError: no row may be kept.
     """

@@ -51,13 +51,7 @@ def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array, lik
 
 
 def write_checkpoint(path: Path, mine: str, kept: Kept) -> None:
-    """Writes a search; an interrupted write leaves what was there before.
-
-    Args:
-      path: of the file; its folder is made.
-      mine: the fingerprint.
-      kept: the search.
-    """
+    """Writes a search; an interrupted write leaves what was there before."""
     leaves = jax.tree.leaves(kept.state)
     arrays = {f"leaf_{i}": np.asarray(_plain(leaf)) for i, leaf in enumerate(leaves)}
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -72,12 +66,6 @@ def write_checkpoint(path: Path, mine: str, kept: Kept) -> None:
 
 def read_checkpoint(path: Path, mine: str, like: Any, key: Array) -> Kept:
     """The search on disk.
-
-    Args:
-      path: of the file.
-      mine: the fingerprint that is expected.
-      like: shapes of a state of the same search.
-      key: of the same kind as that in the state.
 
     Raises:
       ValueError: the file is damaged, of another kind or of another search.

@@ -5,9 +5,7 @@ costs become one by a decomposition, all strategies step at the same time, and t
 evaluated in one batch.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -24,13 +22,17 @@ from mjx_inertia.search.archive import (
     in_use,
     update_archive,
 )
-from mjx_inertia.search.box import into_box, out_of_box
-from mjx_inertia.search.decomposition import decomposition
-from mjx_inertia.search.loop import run_search
-from mjx_inertia.search.problem import Evaluation, Problem, evaluate_all, least_costs
-from mjx_inertia.search.result import SearchResult
-from mjx_inertia.search.sampling import latin_hypercube
-from mjx_inertia.search.weights import spread_weights
+from mjx_inertia.search.decomposition import decomposition, spread_weights
+from mjx_inertia.search.loop import Recording, SearchResult, run_search
+from mjx_inertia.search.problem import (
+    Evaluation,
+    Problem,
+    evaluate_all,
+    into_box,
+    latin_hypercube,
+    least_costs,
+    out_of_box,
+)
 
 # levels of single costs, each above all of the one before: what is stored in one generation is
 # compared with what comes in later ones
@@ -70,9 +72,7 @@ def evolution_strategies(
     generations: int,
     *,
     key: Array,
-    snapshots: int = 20,
-    checkpoint: Path | None = None,
-    report: Callable[[SearchResult], None] | None = None,
+    recording: Recording | None = None,
 ) -> SearchResult:
     """Searches by one strategy for each direction; the arguments are those of `moead`.
 
@@ -84,14 +84,7 @@ def evolution_strategies(
     Raises:
       ValueError: no such algorithm, or as `moead`.
     """
-    return run_search(
-        Strategies(problem, settings),
-        generations,
-        key=key,
-        snapshots=snapshots,
-        checkpoint=checkpoint,
-        report=report,
-    )
+    return run_search(Strategies(problem, settings), generations, key, recording)
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,7 @@ In: a problem whose costs are differentiable, settings, a key. Out: an archive o
 that none dominates.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -23,12 +21,17 @@ from mjx_inertia.search.archive import (
     empty_archive,
     update_archive,
 )
-from mjx_inertia.search.box import into_box, out_of_box
-from mjx_inertia.search.loop import run_search
-from mjx_inertia.search.problem import Evaluation, Problem, least_costs, mark_failures
-from mjx_inertia.search.result import SearchResult
-from mjx_inertia.search.sampling import latin_hypercube
-from mjx_inertia.search.weights import spread_weights
+from mjx_inertia.search.decomposition import spread_weights
+from mjx_inertia.search.loop import Recording, SearchResult, run_search
+from mjx_inertia.search.problem import (
+    Evaluation,
+    Problem,
+    into_box,
+    latin_hypercube,
+    least_costs,
+    mark_failures,
+    out_of_box,
+)
 
 _LEAST_WEIGHT = 1e-2  # a direction along an axis would not see the other costs at all
 
@@ -72,9 +75,7 @@ def gradient_descent(
     steps: int,
     *,
     key: Array,
-    snapshots: int = 20,
-    checkpoint: Path | None = None,
-    report: Callable[[SearchResult], None] | None = None,
+    recording: Recording | None = None,
 ) -> SearchResult:
     """Searches by gradients from all starts of all directions; the arguments are those of `moead`.
 
@@ -84,14 +85,7 @@ def gradient_descent(
     Raises:
       ValueError: no such optimizer, or as `moead`.
     """
-    return run_search(
-        Gradients(problem, settings, steps),
-        steps,
-        key=key,
-        snapshots=snapshots,
-        checkpoint=checkpoint,
-        report=report,
-    )
+    return run_search(Gradients(problem, settings, steps), steps, key, recording)
 
 
 def smooth_tchebycheff(

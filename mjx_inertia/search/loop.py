@@ -1,9 +1,11 @@
 """Runs any search: one compiled program, or parts of it that are kept on disk and told about.
 
-In: a method with a start and a step. Out: its archive, with copies made along the way.
+In: a method with a start and a step. Out: its archive, with copies made along the way, which give
+the hypervolume against the number of evaluations.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -11,13 +13,67 @@ from typing import Any, Protocol, runtime_checkable
 import jax
 import jax.numpy as jnp
 import numpy as np
+from flax import struct
 from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
+from mjx_inertia.pareto import approximate_hypervolume, hypervolume
 from mjx_inertia.search.archive import Archive
 from mjx_inertia.search.checkpoint import Kept, fingerprint, read_checkpoint, write_checkpoint
 from mjx_inertia.search.problem import Problem
-from mjx_inertia.search.result import History, SearchResult
+
+_EXACT = 5  # costs, at most: beyond, the exact volume of 100 rows takes minutes
+
+
+@struct.dataclass
+class History:
+    """Copies of the archive's costs at s times."""
+
+    evaluations: Int[Array, " s"]  # made until then
+    costs: Float[Array, "s m k"]  # infinite in unused rows
+
+
+@struct.dataclass
+class SearchResult:
+    """Decisions that do not dominate each other."""
+
+    decisions: Float[Array, "m d"]  # zero in unused rows
+    costs: Float[Array, "m k"]  # infinite in unused rows
+    violation: Float[Array, " m"]  # 0; infinite in unused rows
+    evaluations: Int[Array, ""]  # made in all; one of a gradient with its value counts as one
+    history: History  # of the costs
+
+    def front(self) -> tuple[Float[ndarray, "n d"], Float[ndarray, "n k"]]:
+        """Decisions and costs of the rows in use, on the host, by the first cost.
+
+        Raises:
+          ValueError: the result is of many searches at once; take one of them first.
+        """
+        if np.ndim(self.violation) != 1:
+            raise ValueError(
+                f"`violation` has shape {np.shape(self.violation)}: results of many searches; take "
+                "one with jax.tree.map(lambda x: x[i], result)"
+            )
+        decisions, costs, violation = jax.device_get((self.decisions, self.costs, self.violation))
+        used = np.flatnonzero(violation == 0.0)
+        rows = used[np.lexsort(costs[used].T[::-1])]
+        return decisions[rows], costs[rows]
+
+
+def progress(
+    result: SearchResult, reference: Float[Array | ndarray, " k"]
+) -> tuple[Int[ndarray, " s"], Float[ndarray, " s"]]:
+    """Evaluations made and the hypervolume of the archive at each copy in the history.
+
+    With more than five costs the volume is an approximation, see `approximate_hypervolume`.
+
+    Args:
+      result: of one search.
+      reference: worse than what counts in every cost.
+    """
+    evaluations, costs = jax.device_get((result.history.evaluations, result.history.costs))
+    measure = hypervolume if costs.shape[-1] <= _EXACT else approximate_hypervolume
+    return evaluations, np.array([measure(rows, reference) for rows in costs])
 
 
 @runtime_checkable
@@ -63,20 +119,28 @@ class Method(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Recording:
+    """What is kept and told of a search while it runs."""
+
+    snapshots: int = 20  # how many times the archive is copied into the history
+    # file to which the search is written at each snapshot; if it is there and of the same search,
+    # the search goes on from it
+    checkpoint: Path | None = None
+    # called at each snapshot with the result so far
+    report: Callable[[SearchResult], None] | None = None
+
+
 def run_search(
-    method: Method,
-    steps: int,
-    *,
-    key: Array,
-    snapshots: int = 20,
-    checkpoint: Path | None = None,
-    report: Callable[[SearchResult], None] | None = None,
+    method: Method, steps: int, key: Array, recording: Recording | None = None
 ) -> SearchResult:
     """Runs a search to its end; see `moead` for the arguments.
 
     Raises:
       ValueError: no step or no snapshot, or a checkpoint that is damaged or of another search.
     """
+    recording = recording or Recording()
+    snapshots, checkpoint, report = recording.snapshots, recording.checkpoint, recording.report
     if steps < 1 or snapshots < 1:
         raise ValueError(f"{steps} steps and `snapshots` {snapshots} must be at least 1")
     marks = np.unique(np.linspace(0, steps, min(snapshots, steps) + 1).round().astype(int))

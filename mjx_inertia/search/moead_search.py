@@ -1,21 +1,22 @@
 """MOEA/D: many costs divided into many single ones, each solved with the help of its neighbours.
 
 Zhang and Li 2007, "MOEA/D: a multiobjective evolutionary algorithm based on decomposition", IEEE
-TEC 11(6). A generation here makes some children first and evaluates them in one batch. Beside the
-population is an archive: it is the result, so the weights need not fit the shape of the front, and
-most parents come from it (Cai, Li, Fan and Zhang 2015, "An external archive guided multiobjective
-evolutionary algorithm based on decomposition", IEEE TEC 19(4)).
+TEC 11(6). A generation here makes some children first and evaluates them in one batch; then, child
+by child, they replace decisions of the population. Beside the population is an archive: it is the
+result, so the weights need not fit the shape of the front, and most parents come from it (Cai, Li,
+Fan and Zhang 2015, "An external archive guided multiobjective evolutionary algorithm based on
+decomposition", IEEE TEC 19(4)). Feasibility rules (Deb 2000, Comput. Methods Appl. Mech. Eng. 186):
+less violation wins; of two allowed decisions the better by the weight's single cost.
 In: a problem, settings, a key. Out: an archive of decisions that none dominates.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
+from numpy import ndarray
 
 from mjx_inertia.search.archive import (
     Archive,
@@ -25,14 +26,21 @@ from mjx_inertia.search.archive import (
     in_use,
     update_archive,
 )
-from mjx_inertia.search.decomposition import decomposition
-from mjx_inertia.search.loop import run_search
-from mjx_inertia.search.problem import Evaluation, Problem, evaluate_all, least_costs
-from mjx_inertia.search.replacement import Subproblems, replaced
-from mjx_inertia.search.result import SearchResult
-from mjx_inertia.search.sampling import latin_hypercube
+from mjx_inertia.search.decomposition import (
+    Decomposition,
+    decomposition,
+    nearest_weights,
+    spread_weights,
+)
+from mjx_inertia.search.loop import Recording, SearchResult, run_search
+from mjx_inertia.search.problem import (
+    Evaluation,
+    Problem,
+    evaluate_all,
+    latin_hypercube,
+    least_costs,
+)
 from mjx_inertia.search.variation import VariationSettings, children
-from mjx_inertia.search.weights import nearest_weights, spread_weights
 
 
 @dataclass(frozen=True)
@@ -55,6 +63,19 @@ class MoeadSettings:
     archive: ArchiveSettings = field(default_factory=ArchiveSettings)  # what the result keeps
 
 
+@dataclass(frozen=True, eq=False)
+class Subproblems:
+    """The single costs that a search divides its costs into."""
+
+    weights: Float[ndarray, "n k"]  # one a subproblem
+    near: Int[ndarray, "n t"]  # those nearest to each, itself first
+    of_one: Decomposition  # the single cost
+    replacements: int  # at most, by one child
+    # whether the least single cost lies where the costs are in the direction of the weight. Not so
+    # for a weighted sum, whose greatest weight asks for the least cost.
+    by_direction: bool = True
+
+
 @struct.dataclass
 class MoeadState:
     """A search under way."""
@@ -75,13 +96,11 @@ def moead(
     generations: int,
     *,
     key: Array,
-    snapshots: int = 20,
-    checkpoint: Path | None = None,
-    report: Callable[[SearchResult], None] | None = None,
+    recording: Recording | None = None,
 ) -> SearchResult:
     """Searches by MOEA/D.
 
-    One compiled program; with `checkpoint` or `report` one for each part of the run, the same for
+    One compiled program; with a checkpoint or a report one for each part of the run, the same for
     all parts. Without them it may be traced and `vmap`ped, over keys for example.
 
     Args:
@@ -89,23 +108,12 @@ def moead(
       settings: of the search.
       generations: after those that evaluate the first population, which are as many as it needs.
       key: the same key gives the same result.
-      snapshots: how many times the archive is copied into the history.
-      checkpoint: file to which the search is written at each snapshot; if it is there and of the
-        same search, the search goes on from it.
-      report: called at each snapshot with the result so far.
+      recording: what is kept and told on the way.
 
     Raises:
       ValueError: settings that cannot be, or a checkpoint that is damaged or of another search.
     """
-    method = Moead(problem, settings)
-    return run_search(
-        method,
-        generations,
-        key=key,
-        snapshots=snapshots,
-        checkpoint=checkpoint,
-        report=report,
-    )
+    return run_search(Moead(problem, settings), generations, key, recording)
 
 
 @dataclass(frozen=True)
@@ -199,3 +207,76 @@ class Moead:
 def _as(flags: Bool[Array, " n"], like: Array) -> Bool[Array, "..."]:
     """Flags of rows, to be broadcast over all that a row has."""
     return flags.reshape(-1, *[1] * (like.ndim - 1))
+
+
+def replaced(
+    subproblems: Subproblems,
+    held: Evaluation,
+    found: Evaluation,
+    owners: Int[Array, " c"],
+    scaling: tuple[Float[Array, " k"], Float[Array, " k"]],
+) -> Int[Array, " n"]:
+    """The child that takes the place of each decision, or -1.
+
+    A child is offered to the weights around the one in whose direction its costs lie (Wang et al.
+    2014, "A replacement strategy for balancing convergence and diversity in MOEA/D", IEEE CEC), the
+    nearest first; if it is not allowed, or the weights are no directions, to those around its own.
+
+    Args:
+      subproblems: one for each decision.
+      held: by the population.
+      found: at the children.
+      owners: the subproblem that each child was made for.
+      scaling: ideal point and scale of the costs.
+    """
+    weights = jnp.asarray(subproblems.weights)
+    ideal, scale = scaling
+
+    def single(costs: Float[Array, " k"], weight: Float[Array, " k"]) -> Float[Array, ""]:
+        whole = jnp.where(jnp.isfinite(costs), costs, 0.0)  # the violation tells which failed
+        return subproblems.of_one(whole, weight, ideal, scale)
+
+    centres = _centres(weights, found, owners, scaling) if subproblems.by_direction else owners
+    offered = jnp.asarray(subproblems.near)[centres]
+    value = jax.vmap(jax.vmap(single, (None, 0)))(found.costs, weights[offered])
+
+    def offer(
+        so_far: tuple[Array, Array, Array], child: tuple[Array, Array, Array, Array]
+    ) -> tuple[tuple[Array, Array, Array], None]:
+        values, violations, taken_by = so_far
+        number, places, new, violation = child
+        old, other, taken = _at(values, places), _at(violations, places), _at(taken_by, places)
+        allowed = (violation == 0.0) & (other == 0.0)
+        better = (violation < other) | (allowed & (new < old))
+        takes = better & (jnp.cumsum(better) <= subproblems.replacements)
+        return (
+            _set(values, places, jnp.where(takes, new, old)),
+            _set(violations, places, jnp.where(takes, violation, other)),
+            _set(taken_by, places, jnp.where(takes, number, taken)),
+        ), None
+
+    start = (jax.vmap(single)(held.costs, weights), held.violation, jnp.full(len(weights), -1))
+    offers = (jnp.arange(len(owners)), offered, value, found.violation)
+    return jax.lax.scan(offer, start, offers)[0][2]
+
+
+def _centres(
+    weights: Float[Array, "n k"],
+    found: Evaluation,
+    owners: Int[Array, " c"],
+    scaling: tuple[Float[Array, " k"], Float[Array, " k"]],
+) -> Int[Array, " c"]:
+    """The weight nearest in direction to the costs of each child; its own if it is not allowed."""
+    ideal, scale = scaling
+    allowed = found.violation == 0.0
+    z = jnp.where(allowed[:, None], (found.costs - ideal) / scale, 0.0)
+    direction = weights / jnp.linalg.norm(weights, axis=1, keepdims=True)
+    return jnp.where(allowed, jnp.argmax(z @ direction.T, axis=1), owners)
+
+
+def _at(row: Array, places: Int[Array, " t"]) -> Array:
+    return row.at[places].get(mode="promise_in_bounds", unique_indices=True)
+
+
+def _set(row: Array, places: Int[Array, " t"], new: Array) -> Array:
+    return row.at[places].set(new, mode="promise_in_bounds", unique_indices=True)

@@ -10,14 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset import (
-    CubesProtocol,
-    GenerateSettings,
-    Range,
-    generate,
-    open_store,
-    read_block,
-)
+from mjx_inertia.dataset import CubesProtocol, GenerateSettings, Range, generate, open_store
+from mjx_inertia.dataset.store import read_block
 from mjx_inertia.pushing import SceneSettings
 
 PROTOCOL = CubesProtocol(

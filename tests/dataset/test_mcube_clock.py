@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset.mcube_clock import sampling_times
-from mjx_inertia.dataset.mcube_steps import without_steps
+from mjx_inertia.dataset.mcube_cleaning import sampling_times, without_steps
 
 PERIOD = 0.004
 

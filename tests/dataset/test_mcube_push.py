@@ -9,8 +9,8 @@ import pytest
 from dataset.mcube_files import NAME, OBJECTS, TIP_RADIUS, Push, turned, write_h5, write_json
 
 from mjx_inertia.dataset.mcube import LEAD_IN, load_mcube
-from mjx_inertia.dataset.mcube_name import McubeFileError, parse_name
-from mjx_inertia.dataset.mcube_truth import mcube_conditions, mcube_truth
+from mjx_inertia.dataset.mcube_file import McubeFileError, parse_name
+from mjx_inertia.dataset.mcube_folder import mcube_conditions, mcube_truth
 from mjx_inertia.objects import cuboid
 from mjx_inertia.pushing import PushStatus
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from dataset.mcube_files import OBJECTS, TIP_RADIUS, Push, write_h5
 
-from mjx_inertia.dataset.mcube import load_mcube
+from mjx_inertia.dataset.mcube import interpolated, interval_means, load_mcube, velocities
 from mjx_inertia.dataset.mcube_file import Signal
-from mjx_inertia.dataset.mcube_resample import interpolated, interval_means, velocities
 
 RNG = np.random.default_rng(5)
 STAMPS = np.cumsum(RNG.uniform(0.002, 0.006, 500))

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset import (
-    Cubes30Protocol,
-    CubesProtocol,
-    cubes30_plan,
-    cubes_plan,
-)
+from mjx_inertia.dataset import Cubes30Protocol, CubesProtocol, cubes_plan
+from mjx_inertia.dataset.plan import cubes30_plan
 from mjx_inertia.objects import cube, friction_radius
 
 FULL = cubes_plan(CubesProtocol(), seed=0)

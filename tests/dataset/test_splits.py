@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset import (
-    CubesProtocol,
+from mjx_inertia.dataset import CubesProtocol, cubes_plan
+from mjx_inertia.dataset.batch import (
     bodies_split,
-    cubes_plan,
     grouped_split,
     leave_one_object_out,
     thesis_split,

@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 import zarr
 
-from mjx_inertia.dataset import (
-    CubesProtocol,
-    Range,
-    SensorNoise,
+from mjx_inertia.dataset import CubesProtocol, Range, SensorNoise, cubes_plan, open_store
+from mjx_inertia.dataset.store import (
     StoreError,
-    cubes_plan,
-    open_store,
+    create_store,
+    read_batches,
+    read_block,
+    write_block,
 )
-from mjx_inertia.dataset.store import create_store, read_batches, read_block, write_block
 from mjx_inertia.pushing import PushRecord
 
 SMALL = CubesProtocol(

@@ -14,11 +14,11 @@ from mjx_inertia.estimators import (
     ForestSettings,
     forest_tree,
     grid_search,
-    grouped_folds,
     load_fitted,
     save_fitted,
-    targets_of,
 )
+from mjx_inertia.estimators.estimate import targets_of
+from mjx_inertia.estimators.hyperparameter_search import grouped_folds
 from mjx_inertia.features import take_examples
 from mjx_inertia.pushing import PushStatus
 

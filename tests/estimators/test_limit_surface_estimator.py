@@ -15,11 +15,10 @@ from mjx_inertia.estimators import (
     LimitSurfaceSettings,
     WrenchTwistGuess,
     com_from_wrench_twist,
-    limit_surface,
-    limit_surface_fit,
     load_fitted,
     save_fitted,
 )
+from mjx_inertia.estimators.limit_surface_estimator import limit_surface, limit_surface_fit
 from mjx_inertia.features import Examples
 from mjx_inertia.objects import cube, load_mcube_objects
 from mjx_inertia.pushing import PushStatus, build_scene, simulate

@@ -9,9 +9,8 @@ import pytest
 from estimators.problem import problem
 from scipy.stats import multivariate_normal
 
-from mjx_inertia.estimators import MlpSettings, load_fitted, mlp, mlp_training, save_fitted
-from mjx_inertia.estimators.mlp_checkpoint import read_mlp_checkpoint, write_mlp_checkpoint
-from mjx_inertia.estimators.mlp_estimator import _block, fit_mlp, predict_mlp
+from mjx_inertia.estimators import MlpSettings, load_fitted, mlp_training, save_fitted
+from mjx_inertia.estimators.mlp_estimator import _block, fit_mlp, mlp, predict_mlp
 from mjx_inertia.estimators.mlp_network import (
     Normal,
     Shape,
@@ -22,9 +21,16 @@ from mjx_inertia.estimators.mlp_network import (
     inputs_of,
     surprise,
 )
-from mjx_inertia.estimators.mlp_training import TrainingRows, TrainingSettings, train_network
-from mjx_inertia.features import FeatureSettings, feature_names
-from mjx_inertia.features.series import BINS, MEAN_FORCE, SCALES, series_grid
+from mjx_inertia.estimators.mlp_training import (
+    TrainingRows,
+    TrainingSettings,
+    read_mlp_checkpoint,
+    train_network,
+    write_mlp_checkpoint,
+)
+from mjx_inertia.features import FeatureSettings
+from mjx_inertia.features.example_table import feature_names
+from mjx_inertia.features.feature_sets import BINS, MEAN_FORCE, SCALES, series_grid
 
 SMALL = MlpSettings(width=16, depth=1, epochs=12, least_steps=0, checkpoint_every=3, progress=False)
 KEY = jax.random.key(0)

@@ -9,8 +9,16 @@ from estimators.problem import problem
 
 from mjx_inertia.estimators.boosted_trees import BoostedSettings, boosted
 from mjx_inertia.estimators.random_forest import ForestSettings, forest_moments, grow
-from mjx_inertia.estimators.trees import _sum_of_block, readable_tree, sum_over_trees, with_products
-from mjx_inertia.estimators.xgboost_trees import ColumnSearch, Job, ensemble_of, train
+from mjx_inertia.estimators.trees import (
+    ColumnSearch,
+    Job,
+    _sum_of_block,
+    ensemble_of,
+    readable_tree,
+    sum_over_trees,
+    train,
+    with_products,
+)
 
 
 def table(seed, number=3000, outputs=4):

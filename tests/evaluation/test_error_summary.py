@@ -6,18 +6,10 @@ import pytest
 from fake_evaluations import fake_evaluation, fake_evaluations
 
 from mjx_inertia.estimators import TARGETS
-from mjx_inertia.evaluation import (
-    RESULT_COLUMNS,
-    bootstrap_mean,
-    breakdown,
-    calibrate,
-    format_table,
-    leading_estimator,
-    summarize,
-    summarize_all,
-    write_results,
-    z_scores,
-)
+from mjx_inertia.evaluation import calibrate, format_table, summarize_all, write_results
+from mjx_inertia.evaluation.condition_figures import breakdown
+from mjx_inertia.evaluation.summary import bootstrap_mean, leading_estimator, summarize, z_scores
+from mjx_inertia.evaluation.tables import RESULT_COLUMNS
 
 
 def test_summary_is_what_numpy_says():

@@ -8,7 +8,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from mjx_inertia.estimators.sysid import Fit, Identifiability, Search, SysidSettings
-from mjx_inertia.evaluation import FitSignals, draw_fit, to_data_uri
+from mjx_inertia.evaluation import draw_fit, to_data_uri
+from mjx_inertia.evaluation.push_figures import FitSignals
 
 PUSHES, P, T = 2, 7, 60
 

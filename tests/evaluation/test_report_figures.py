@@ -9,16 +9,15 @@ from matplotlib.figure import Figure
 from mjx_inertia.estimators import TreeNode
 from mjx_inertia.evaluation import (
     VariationGroup,
-    calibration_histograms,
     draw_tree,
     error_averages,
     error_images,
-    errors_by_condition,
-    predicted_against_true,
     sample_signals,
     to_data_uri,
     variation_boxes,
 )
+from mjx_inertia.evaluation.condition_figures import errors_by_condition
+from mjx_inertia.evaluation.report_figures import calibration_histograms, predicted_against_true
 
 TREE = [
     TreeNode("f_x mean", 4.2, 1, 2, None),

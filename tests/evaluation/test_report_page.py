@@ -12,10 +12,10 @@ from mjx_inertia.evaluation import (
     ReportContent,
     Section,
     SplitText,
-    render_report,
     summarize_all,
     write_report,
 )
+from mjx_inertia.evaluation.report import render_report
 from mjx_inertia.evaluation.report_tables import headline_groups
 from mjx_inertia.evaluation.tables import format_number
 

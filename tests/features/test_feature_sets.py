@@ -10,17 +10,15 @@ from features.records import in_another_world, random_records, with_tracker_at
 
 from mjx_inertia.dataset import PushBatch, PushConditions, PushTruth
 from mjx_inertia.features import (
-    FEATURE_SETS,
     FeatureSettings,
     concatenate,
     examples,
     extract,
-    feature_names,
     select_columns,
     take_examples,
 )
-from mjx_inertia.features.extraction import _rows_of_length
-from mjx_inertia.features.onset import EDGES, HORIZONS
+from mjx_inertia.features.example_table import _rows_of_length, feature_names
+from mjx_inertia.features.feature_sets import FEATURE_SETS, HORIZONS, ONSET_EDGES
 from mjx_inertia.pushing import PushStatus
 
 TRACKED, CONTACT = FeatureSettings("tracked"), FeatureSettings("contact")
@@ -102,7 +100,7 @@ def test_onset_bins_at_100_hz_are_samples_then_means_of_samples():
     np.testing.assert_array_equal(got[:, :72], features(records, "windows", TRACKED))
     for row in range(ROWS):
         values, _ = numpy_signals(records, row, "tracked")
-        for begin, end in itertools.pairwise(EDGES):
+        for begin, end in itertools.pairwise(ONSET_EDGES):
             samples = values[round(begin * 100) : round(end * 100)]
             want = samples.mean(axis=0) if len(samples) else np.zeros(8)
             names = [f"onset/{s}/{begin * 1e3:.0f}ms" for s in ("f_x", "m", "u_y", "u_py")]
@@ -214,7 +212,7 @@ def test_bins_are_seconds_at_any_rate():
         )
 
     slow, fast = (features(recorded(interval), "onset")[0] for interval in (0.01, 0.004))
-    bins = slice(72, 72 + 8 * (len(EDGES) - 1))
+    bins = slice(72, 72 + 8 * (len(ONSET_EDGES) - 1))
     np.testing.assert_allclose(slow[bins], fast[bins], atol=0.02)
 
 

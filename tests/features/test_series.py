@@ -4,8 +4,16 @@ import numpy as np
 from features.records import random_records
 from features.test_feature_sets import CONTACT, features, numpy_signals
 
-from mjx_inertia.features import FeatureSettings, feature_names
-from mjx_inertia.features.series import BINS, EDGES, PARTS, SCALES, mirror_signs, series_grid
+from mjx_inertia.features import FeatureSettings
+from mjx_inertia.features.example_table import feature_names
+from mjx_inertia.features.feature_sets import (
+    BINS,
+    PARTS,
+    SCALES,
+    SERIES_EDGES,
+    mirror_signs,
+    series_grid,
+)
 
 COLUMNS = feature_names("series", FeatureSettings())
 
@@ -24,7 +32,9 @@ def test_early_bins_are_samples_and_parts_are_means_of_samples():
         scaled = np.concatenate([values[:, :3] / force, values[:, 3:6] / speed, placed], axis=1)
         early = min(24, len(scaled))
         np.testing.assert_allclose(table[row, :, :early].T, scaled[:early], rtol=2e-3, atol=2e-4)
-        after = np.array([*(begin > len(scaled) / 100 for begin in EDGES[:-1]), *[False] * PARTS])
+        after = np.array(
+            [*(begin > len(scaled) / 100 for begin in SERIES_EDGES[:-1]), *[False] * PARTS]
+        )
         assert not table[row][:, after].any()
         parts = table[row, :, -PARTS:].mean(axis=1)
         np.testing.assert_allclose(parts, scaled.mean(axis=0), rtol=2e-3, atol=2e-4)

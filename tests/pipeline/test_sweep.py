@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mjx_inertia.estimators import load_fitted
+from mjx_inertia.estimators.boosted_trees import FittedBoosted
 from mjx_inertia.settings import compose, override
 from mjx_inertia.sweep import run_sweep, write_outputs
 
@@ -58,6 +60,7 @@ def test_run_writes_results_and_a_report(store, tmp_path):
     error = {(r["split"], r["estimator"], r["target"]): float(r["abs_mean_percent"]) for r in rows}
     for split in ("thesis", "grouped"):
         assert error[split, "boosted", "mass"] < 0.5 * error[split, "mean", "mass"]
+    assert isinstance(load_fitted(tmp_path / "run/fitted/grouped.boosted.npz"), FittedBoosted)
     html = (tmp_path / "run" / "report.html").read_text()
     assert "http" not in html.replace("http://www.w3.org", "")
     assert "boosted" in run.stdout and "warp" not in run.stdout
@@ -66,19 +69,19 @@ def test_run_writes_results_and_a_report(store, tmp_path):
 @pytest.mark.slow  # two runs of the main job
 def test_the_same_seed_gives_the_same_table(store, tmp_path):
     """Signals are stored already; features, noise, splits and trees must repeat."""
-    settings, text = compose([*SMALL, f"dataset.path={store}"])
+    settings = compose([*SMALL, f"dataset.path={store}"])
     tables = []
     for name in ("a", "b"):
         result = run_sweep(settings)
         assert result is not None
-        write_outputs(tmp_path / name, result, text)
+        write_outputs(tmp_path / name, result, settings.config_yaml)
         tables.append((tmp_path / name / "results.csv").read_bytes())
     assert tables[0] == tables[1]
 
 
 @pytest.mark.long
 def test_real_pushes_leave_one_object_out(measurements, tmp_path):
-    settings, _ = compose(
+    settings = compose(
         ["dataset=mdataset", f"dataset.root={measurements}", *SMALL[-3:], "estimator=boosted"]
     )
     result = run_sweep(settings)
@@ -100,7 +103,7 @@ def test_errors_are_one_clear_line(tmp_path):
     }
     for text, message in cases.items():
         with pytest.raises(ValueError, match=message.replace("[", r"\[").replace(".", r"\.")):
-            settings, _ = compose([*SMALL, f"dataset.path={tmp_path / 's.zarr'}", text])
+            settings = compose([*SMALL, f"dataset.path={tmp_path / 's.zarr'}", text])
             run_sweep(settings)
     run = command("dataset=mdataset", "hydra.run.dir=" + str(tmp_path / "r"), MJX_INERTIA_DATA="")
     assert run.returncode != 0
@@ -111,7 +114,7 @@ def test_errors_are_one_clear_line(tmp_path):
 def test_every_config_composes():
     for dataset in ("quick", "full", "cubes30", "mdataset"):
         for estimator in ("all", "mean", "forest", "boosted"):
-            settings, _ = compose(
+            settings = compose(
                 [f"dataset={dataset}", f"estimator={estimator}", "++dataset.root=x"]
                 if dataset != "mdataset"
                 else [f"dataset={dataset}", f"estimator={estimator}", "dataset.root=x"]
@@ -122,6 +125,6 @@ def test_every_config_composes():
 
 
 def test_override_names_what_it_does_not_know():
-    settings, _ = compose([])
+    settings = compose([])
     with pytest.raises(ValueError, match="no field 'colour'"):
         override(settings, {"colour": 1})

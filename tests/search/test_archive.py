@@ -10,7 +10,7 @@ import pytest
 
 from mjx_inertia.search import ArchiveSettings, Evaluation
 from mjx_inertia.search.archive import empty_archive, update_archive
-from mjx_inertia.search.weights import simplex_lattice
+from mjx_inertia.search.decomposition import simplex_lattice
 
 WEIGHTS = simplex_lattice(3, 12)
 

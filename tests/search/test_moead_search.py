@@ -15,13 +15,13 @@ from mjx_inertia.search import (
     Evaluation,
     MoeadSettings,
     Problem,
+    Recording,
     moead,
     progress,
 )
-from mjx_inertia.search.benchmarks import zdt, zdt_front
-from mjx_inertia.search.decomposition import decomposition
+from mjx_inertia.search.decomposition import decomposition, spread_weights
 from mjx_inertia.search.moead_search import Moead
-from mjx_inertia.search.weights import spread_weights
+from parts.benchmark_problems import zdt, zdt_front
 
 SMALL = MoeadSettings(population=30, archive=ArchiveSettings(capacity=40))
 
@@ -113,17 +113,17 @@ def interrupt_at(count):
 
 def test_what_was_interrupted_goes_on_bit_for_bit(tmp_path):
     problem, key, seen = bowls(), jax.random.key(4), []
-    whole = moead(problem, SMALL, 30, key=key, snapshots=5, report=seen.append)
+    whole = moead(problem, SMALL, 30, key=key, recording=Recording(5, report=seen.append))
     assert [int(r.evaluations) for r in seen] == [40 + 20 * i for i in (0, 6, 12, 18, 24, 30)]
     path = tmp_path / "new" / "search.npz"
     with pytest.raises(Interrupted):
-        moead(problem, SMALL, 30, key=key, snapshots=5, checkpoint=path, report=interrupt_at(3))
+        moead(problem, SMALL, 30, key=key, recording=Recording(5, path, interrupt_at(3)))
     assert [p.name for p in path.parent.iterdir()] == ["search.npz"]
     later = []
-    resumed = moead(problem, SMALL, 30, key=key, snapshots=5, checkpoint=path, report=later.append)
+    resumed = moead(problem, SMALL, 30, key=key, recording=Recording(5, path, later.append))
     assert len(later) == 3
     jax.tree.map(np.testing.assert_array_equal, whole, resumed)
-    finished = moead(problem, SMALL, 30, key=key, snapshots=5, checkpoint=path)
+    finished = moead(problem, SMALL, 30, key=key, recording=Recording(5, path))
     jax.tree.map(np.testing.assert_array_equal, whole, finished)
 
     def fails(message, **changes):
@@ -134,8 +134,7 @@ def test_what_was_interrupted_goes_on_bit_for_bit(tmp_path):
                 kind["settings"],
                 30,
                 key=kind["key"],
-                snapshots=5,
-                checkpoint=path,
+                recording=Recording(5, path),
             )
 
     fails("of another", key=jax.random.key(5))

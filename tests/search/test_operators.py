@@ -5,8 +5,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjx_inertia.search.operators import differential, polynomial_mutation, sbx
-from mjx_inertia.search.variation import VariationSettings, children
+from mjx_inertia.search.variation import (
+    VariationSettings,
+    children,
+    differential,
+    polynomial_mutation,
+    sbx,
+)
 
 N = 20_001
 ETA = 15.0

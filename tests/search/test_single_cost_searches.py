@@ -12,12 +12,13 @@ from mjx_inertia.pareto import inverted_generational_distance
 from mjx_inertia.search import (
     Evaluation,
     GradientSettings,
+    Recording,
     StrategySettings,
     evolution_strategies,
     gradient_descent,
 )
-from mjx_inertia.search.box import into_box, out_of_box
 from mjx_inertia.search.gradient_search import smooth_tchebycheff
+from mjx_inertia.search.problem import into_box, out_of_box
 
 KEY = jax.random.key(0)
 
@@ -110,6 +111,6 @@ def test_the_box_has_no_walls():
 
 def test_history_of_all_searches_is_of_one_kind():
     settings = dataclasses.replace(GradientSettings(), weights=5)
-    result = gradient_descent(bowls(), settings, 4, key=KEY, snapshots=2)
+    result = gradient_descent(bowls(), settings, 4, key=KEY, recording=Recording(2))
     np.testing.assert_array_equal(result.history.evaluations, [0, 20, 40])
     assert result.history.costs.shape == (3, 100, 2)

@@ -8,15 +8,13 @@ from mjx_inertia.search.decomposition import (
     DECOMPOSITIONS,
     boundary_intersection,
     decomposition,
-    tchebycheff,
-    weighted_sum,
-)
-from mjx_inertia.search.weights import (
     lattice_size,
     nearest_weights,
     simplex_lattice,
     spread_weights,
+    tchebycheff,
     two_layer_lattice,
+    weighted_sum,
 )
 
 

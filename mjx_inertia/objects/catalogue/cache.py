@@ -17,7 +17,7 @@ import numpy as np
 import trimesh
 from numpy import ndarray
 
-from mjx_inertia.files import read_arrays, write_arrays
+from mjx_inertia.files import OtherFormat, read_arrays, write_arrays
 from mjx_inertia.objects.model import ObjectModel, Part
 from mjx_inertia.spatial import InertialParameters
 
@@ -78,7 +78,7 @@ def load_model(path: Path) -> ObjectModel:
     with read_arrays(path, f"an object ({_FORMAT})") as arrays:
         text = json.loads(str(arrays["text"]))
         if text["format"] != _FORMAT:
-            raise ValueError(f"its format is {text['format']!r}")
+            raise OtherFormat(f"format {text['format']!r}")
         return _model(text, arrays)
 
 

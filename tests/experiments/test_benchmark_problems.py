@@ -6,8 +6,9 @@ import moocore
 import numpy as np
 import pytest
 
-from mjx_inertia.search.benchmarks import dtlz, dtlz_front, zdt, zdt_front
+from parts.benchmark_problems import dtlz, dtlz_front, zdt, zdt_front
 
+pytestmark = pytest.mark.float64
 PROBLEMS = {
     **{f"zdt{i}": (zdt(i), zdt_front(i, 101)) for i in (1, 2, 3, 4, 6)},
     **{f"dtlz{i}": (dtlz(i), dtlz_front(i, 3, 12)) for i in (1, 2)},

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mjx_inertia.dataset.slider_plan import SlidersProtocol, SwingingMotion, sliders_plan
 from mjx_inertia.objects import friction_radius
+from parts.slider_plan import SlidersProtocol, SwingingMotion, sliders_plan
 
 PROTOCOL = SlidersProtocol(pushes=400)
 PLAN = sliders_plan(PROTOCOL, seed=0)

@@ -14,17 +14,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.dataset.mcube_name import McubeFileError
-from mjx_inertia.dataset.mcube_truth import rotation_matrix
+from mjx_inertia.dataset import McubeFileError
+from mjx_inertia.dataset.mcube_folder import rotation_matrix
 from mjx_inertia.objects import ObjectModel, closest_on_outline
 
 LIVE = 0.5  # of the forces' sizes must differ: a frozen sensor repeats a few values
 _PRESSED = 0.7  # of the largest forces of a push: the tip presses
 _SETTLING = 0.1  # of the time that it presses, left out
 _FEWEST = 20  # force samples under load in a push
-_TOOL = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(
-    2.0
-)  # R_tool: the sensor on the robot's flange
+# R_tool of the sensor on the robot's flange
+_TOOL = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
 _MM = 1e-3  # m
 _KEY = re.compile(r"wrench_twist/([^/]+)/([^/]+)/(\d+(?:\.\d+)?)")
 

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset import load_block, load_quasistatic
 from mjx_inertia.estimators import WrenchTwistGuess, com_from_wrench_twist
 from mjx_inertia.objects import load_mcube_objects
+from parts.quasistatic_files import load_block, load_quasistatic
 
 pytestmark = pytest.mark.long
 

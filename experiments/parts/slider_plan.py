@@ -13,8 +13,7 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.dataset.batch import PushConditions, PushTruth
-from mjx_inertia.dataset.plan import PushPlan
+from mjx_inertia.dataset import PushConditions, PushPlan, PushTruth
 from mjx_inertia.objects import friction_radius
 from mjx_inertia.pushing import PushParameters, StraightMotion
 from mjx_inertia.pushing.settings import CLEARANCE, GRAVITY
@@ -154,10 +153,6 @@ class _Draw:
 
 def sliders_plan(p: SlidersProtocol, seed: int) -> SliderPlan:
     """Draws boxes, pushes and instruments.
-
-    Args:
-      p: the protocol.
-      seed: of everything drawn.
 
     Raises:
       ValueError: a path shorter than the probe bends before the object moves.

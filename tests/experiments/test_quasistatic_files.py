@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from dataset.mcube_files import OBJECTS
 
-from mjx_inertia.dataset.mcube_name import McubeFileError
-from mjx_inertia.dataset.quasistatic_files import load_block, load_quasistatic
+from mjx_inertia.dataset.mcube_file import McubeFileError
+from parts.quasistatic_files import load_block, load_quasistatic
 
 RNG = np.random.default_rng(0)
 OUTLINE = np.array([[0.0, 0.0], [0.15, 0.0], [0.0, 0.15]])

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy import ndarray
 
-from mjx_inertia.search.problem import Evaluation, Problem
-from mjx_inertia.search.weights import simplex_lattice
+from mjx_inertia.search import Evaluation, Problem
+from mjx_inertia.search.decomposition import simplex_lattice
 
 ZDT3_PARTS = (  # of the first cost, where the front is; Zitzler et al. 2000 by its definition
     (0.0, 0.0830015349),
@@ -55,12 +55,7 @@ def dtlz(number: int, costs: int = 3) -> Problem:
 
 
 def zdt_front(number: int, count: int = 1000) -> Float[ndarray, "n 2"]:
-    """Points of the front, evenly in the first cost.
-
-    Args:
-      number: of the problem.
-      count: about how many.
-    """
+    """Points of the front, evenly in the first cost."""
     if number == 3:
         total = sum(high - low for low, high in ZDT3_PARTS)
         parts = [
