@@ -38,7 +38,14 @@ from mjx_inertia.dataset.plan import (
     select_pushes,
 )
 from mjx_inertia.dataset.shapes_plan import ShapesProtocol, shapes_plan
-from mjx_inertia.dataset.store import PushStore, create_store, read_batches, write_block
+from mjx_inertia.dataset.store import (
+    PushStore,
+    StoreError,
+    create_store,
+    read_batches,
+    remove_leftovers,
+    write_block,
+)
 from mjx_inertia.objects import ObjectModel, cube, friction_radius, load_mcube_objects
 from mjx_inertia.pushing import PushSetup, SceneSettings, build_scene, measured_motion, simulate
 
@@ -127,10 +134,18 @@ def generate(settings: GenerateSettings, *, progress: bool = True) -> PushStore:
         seed=settings.seed,
         provenance=provenance(),
     )
+    remove_leftovers(store)
     blocks = _shard(settings.shard, store.blocks)
     todo = store.missing(blocks)
     if not todo:
         return store
+    made, here = store.attributes["provenance"]["device"], provenance()["device"]
+    if made != here:
+        raise StoreError(
+            f"{settings.path}: begun on {made}, this process has {here}; signals would differ in "
+            "the last digits of single precision. Go on with as many devices (devices=...), or "
+            "name another folder with dataset.path=..."
+        )
     scene = build_scene(cube(0.15, 1.0), settings.scene)
     pushes = sum(len(store.rows(b)) for b in blocks)
     done = pushes - sum(len(store.rows(b)) for b in todo)

@@ -1,16 +1,21 @@
 """Pushes on disk: a zarr group that several jobs fill block by block and that survives `kill -9`.
 
 Layout of `<path>` (zarr v3):
-  attributes       format, config, seed, provenance, rate (Hz), block (pushes)
+  attributes       format, config, seed, provenance, rate (Hz), block (pushes), digests of the plan
   plan/<field>     parameters, motion, truth and conditions of every push, (n, ...)
-  blocks/<number>  signals of one block of pushes, (block, samples, ...), with length and status
+  blocks/<number>  signals of one block of pushes, (block, samples, ...), with length and status;
+                   attributes: number, digest of the plan, digests of the signals
 
-A block is written beside its place and moved there whole, so a block that is there is complete;
-every chunk carries a checksum. Signals are stored without noise.
+A block is written beside its place and moved there whole, so a block that is there is complete.
+zarr reads a chunk that is lost as its fill value, so every array has a digest. Signals are stored
+without noise.
 """
 
+import contextlib
+import hashlib
 import json
 import os
+import platform
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -35,17 +40,27 @@ from mjx_inertia.dataset.plan import (
 )
 from mjx_inertia.pushing import PushRecord
 
-FORMAT = 3  # 1: contacts that chatter; 2: a contact solver that did not always converge
+# 1: contacts that chatter; 2: a contact solver that did not always converge; 3: no digests
+FORMAT = 4
 _SIGNALS = ("force", "moment", "pose", "twist", "tip_position", "tip_velocity", "length", "status")
 _COMPRESSORS = (BloscCodec(cname="lz4", clevel=1, shuffle="bitshuffle"), Crc32cCodec())
 
 
-# What a lost chunk reads as; no signal is all of it.
-_MISSING = {"f": float("nan"), "i": -1}
+def _digest(values: np.ndarray) -> str:
+    """Of an array's type, shape and values."""
+    header = f"{values.dtype.str} {values.shape}".encode()
+    return hashlib.blake2b(header + values.tobytes(), digest_size=16).hexdigest()
 
 
-def _is_missing(values: np.ndarray) -> bool:
-    return bool(np.isnan(values).all() if values.dtype.kind == "f" else (values == -1).all())
+def _digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
+    return {name: _digest(values) for name, values in arrays.items()}
+
+
+def _check(arrays: Mapping[str, np.ndarray], digests: Mapping[str, str]) -> None:
+    """Raises ValueError for the first array that is not what was written."""
+    for name, found in _digests(arrays).items():
+        if digests.get(name) != found:
+            raise ValueError(f"{name} is not what was written: lost or changed")
 
 
 class StoreError(RuntimeError):
@@ -124,6 +139,7 @@ def create_store(
         "rate": rate,
         "block": block,
         "provenance": dict(provenance),
+        "digests": _digests(_leaves(plan)),
     }
     if not path.exists():
         try:
@@ -170,15 +186,21 @@ def open_store(path: Path) -> PushStore:
     """
     try:
         group = zarr.open_group(path, mode="r")
-        attributes = dict(group.attrs)
+        attributes: dict[str, Any] = dict(group.attrs)
         if attributes.get("format") != FORMAT:
             raise StoreError(
                 f"{path}: format {attributes.get('format')}, this version reads {FORMAT}; name "
                 "another folder with dataset.path=..., or remove this one"
             )
         template = _template(polygons="plan/parameters.polygons" in group)
-        leaves = [np.asarray(group[f"plan/{name}"]) for name in _leaves(template)]
-        plan = jax.tree.unflatten(jax.tree.structure(template), leaves)
+        leaves = {name: np.asarray(group[f"plan/{name}"]) for name in _leaves(template)}
+        try:
+            _check(leaves, attributes["digests"])
+        except ValueError as error:
+            raise StoreError(
+                f"{path}: damaged plan ({error}); remove this folder and run again"
+            ) from None
+        plan = jax.tree.unflatten(jax.tree.structure(template), list(leaves.values()))
     except (OSError, KeyError, ValueError, RuntimeError) as error:
         if isinstance(error, StoreError):
             raise
@@ -193,21 +215,14 @@ def write_block(store: PushStore, block: int, record: PushRecord) -> None:
       StoreError: the disk is full or not writable; blocks stored before stay as they are.
     """
     final = store.block_path(block)
-    temporary = final.parent / f".{final.name}-{os.getpid()}"
+    temporary = final.parent / f".{final.name}-{platform.node()}-{os.getpid()}"
     shutil.rmtree(temporary, ignore_errors=True)
+    signals = {name: np.asarray(getattr(record, name)) for name in _SIGNALS}
+    attributes = _block_attributes(store, block) | {"digests": _digests(signals)}
     try:
-        group = zarr.create_group(temporary)
-        for name in _SIGNALS:
-            values = np.asarray(getattr(record, name))
-            array = group.create_array(
-                name,
-                shape=values.shape,
-                dtype=values.dtype,
-                chunks=values.shape,
-                compressors=_COMPRESSORS,
-                fill_value=_MISSING[values.dtype.kind],
-            )
-            array[...] = values
+        group = zarr.create_group(temporary, attributes=attributes)
+        for name, values in signals.items():
+            group.create_array(name, data=values, chunks=values.shape, compressors=_COMPRESSORS)
         os.rename(temporary, final)
     except OSError as error:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -218,6 +233,24 @@ def write_block(store: PushStore, block: int, record: PushRecord) -> None:
             f"{final}: cannot write ({error.strerror or error}); {stored} of {store.blocks} blocks "
             "are stored and stay valid: free some space or mend the folder and run again"
         ) from error
+
+
+def _block_attributes(store: PushStore, block: int) -> dict[str, Any]:
+    """Which pushes of which store a block holds."""
+    digests = json.dumps([store.attributes[key] for key in ("config", "digests", "rate")])
+    plan = hashlib.blake2b(digests.encode(), digest_size=16).hexdigest()
+    return {"block": block, "plan": plan}
+
+
+def remove_leftovers(store: PushStore) -> None:
+    """Removes unfinished blocks of processes of this machine that have ended."""
+    for folder in (store.path / "blocks").glob(f".*-{platform.node()}-*"):
+        pid = folder.name.rpartition("-")[2]
+        with contextlib.suppress(PermissionError):  # of another user, and alive
+            try:
+                os.kill(int(pid), 0)
+            except (ProcessLookupError, ValueError, OverflowError):
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def read_block(store: PushStore, block: int) -> PushRecord:
@@ -232,9 +265,11 @@ def read_block(store: PushStore, block: int) -> PushRecord:
     try:
         group = zarr.open_group(path, mode="r")
         signals = {name: np.asarray(group[name]) for name in _SIGNALS}
-        lost = [k for k, v in signals.items() if v.size and _is_missing(v)]
-        if lost:
-            raise ValueError(f"no values of {lost[0]}")
+        attributes: dict[str, Any] = dict(group.attrs)
+        for key, value in _block_attributes(store, block).items():
+            if attributes[key] != value:
+                raise ValueError(f"written as {key} {attributes[key]}, expected {value}")
+        _check(signals, attributes["digests"])
     except (OSError, KeyError, ValueError, RuntimeError) as error:
         raise StoreError(
             f"{path}: damaged ({error}); remove this folder and run again to simulate it anew"

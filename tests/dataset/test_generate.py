@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mjx_inertia.dataset import CubesProtocol, GenerateSettings, Range, generate, open_store
-from mjx_inertia.dataset.store import read_block
+from mjx_inertia.dataset.store import StoreError, create_store, read_block
 from mjx_inertia.pushing import SceneSettings
 
 PROTOCOL = CubesProtocol(
@@ -111,3 +111,13 @@ def test_settings_that_contradict_each_other_are_named(tmp_path):
 def test_bad_shards_are_named(tmp_path, shard):
     with pytest.raises(ValueError, match=r"dataset\.shard"):
         generate(GenerateSettings(tmp_path / "s.zarr", PROTOCOL, shard=shard), progress=False)
+
+
+def test_a_store_of_other_devices_is_not_gone_on_with(tmp_path):
+    settings = GenerateSettings(tmp_path / "s.zarr", PROTOCOL, block=50)
+    create_store(
+        settings.path, settings.plan(), settings.config(), rate=settings.scene.rate, block=50,
+        seed=0, provenance={"device": "3 x cpu"},
+    )  # fmt: skip
+    with pytest.raises(StoreError, match=r"begun on 3 x cpu, this process has 1 x cpu.*devices="):
+        generate(settings, progress=False)

@@ -2,7 +2,10 @@
 
 import errno
 import os
+import platform
 import shutil
+import subprocess
+import sys
 
 import jax
 import numpy as np
@@ -15,6 +18,7 @@ from mjx_inertia.dataset.store import (
     create_store,
     read_batches,
     read_block,
+    remove_leftovers,
     write_block,
 )
 from mjx_inertia.pushing import PushRecord
@@ -130,11 +134,45 @@ def test_a_damaged_chunk_is_named_and_can_be_mended(tmp_path, damage):
     read_block(store, 1)
 
 
-def test_half_written_blocks_do_not_count(tmp_path):
+@pytest.mark.parametrize("name", ["parameters.friction", "truth.mass"])
+def test_a_lost_or_changed_chunk_of_the_plan_is_named(tmp_path, name):
+    store = make(tmp_path / "s.zarr")
+    fill(store)
+    array = zarr.open_array(store.path / "plan" / name, mode="r+")
+    array[0] = 7.0
+    with pytest.raises(StoreError, match=rf"damaged plan \({name} is not.*run again"):
+        open_store(store.path)
+    shutil.rmtree(store.path / "plan" / name / "c")
+    with pytest.raises(StoreError, match=rf"damaged plan \({name} is not.*run again"):
+        open_store(store.path)
+
+
+def test_blocks_are_known_by_their_place_and_their_store(tmp_path):
+    store, other = make(tmp_path / "s.zarr"), make(tmp_path / "o.zarr", config={"a": 2})
+    fill(store)
+    fill(other)
+    shutil.move(store.block_path(0), tmp_path / "aside")
+    shutil.copytree(store.block_path(1), store.block_path(0))
+    with pytest.raises(StoreError, match="written as block 1, expected 0"):
+        read_block(store, 0)
+    shutil.rmtree(store.block_path(0))
+    shutil.copytree(other.block_path(0), store.block_path(0))
+    with pytest.raises(StoreError, match="written as plan"):
+        read_block(store, 0)
+
+
+def test_unfinished_blocks_do_not_count_and_are_cleared(tmp_path):
     """What a killed job leaves beside a block's place is not taken for the block."""
     store = make(tmp_path / "s.zarr")
-    (tmp_path / "s.zarr" / "blocks" / ".00001-4242").mkdir()
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    names = [f".00001-{platform.node()}-{pid}" for pid in (ended.pid, os.getpid())]
+    for name in (*names, f".00001-elsewhere-{ended.pid}"):
+        (store.path / "blocks" / name).mkdir()
     assert store.missing() == [0, 1, 2]
+    remove_leftovers(store)
+    left = {folder.name for folder in (store.path / "blocks").glob(".0*")}
+    assert left == {names[1], f".00001-elsewhere-{ended.pid}"}
 
 
 def test_two_jobs_may_write_the_same_block(tmp_path):
