@@ -80,14 +80,10 @@ def collide(
     waypoint: int,
     control: ControlSettings | None = None,
 ) -> Collision:
-    """Carries a motion out with an obstacle in its way.
+    """Carries out a planned motion of one move with an obstacle in its way.
 
-    Args:
-      arm: with its payload, whose inertia the controller knows.
-      motion: of one move, planned.
-      obstacle: stands so that the hand meets it at the waypoint, face to face.
-      waypoint: number.
-      control: of the arm.
+    The hand meets the obstacle face to face at the waypoint of that number. The controller knows
+    the inertia of the arm with its payload.
 
     Raises:
       ValueError: a waypoint at which the hand is at rest.

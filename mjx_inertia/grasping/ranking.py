@@ -174,10 +174,12 @@ def rank_grasps(
         raise ValueError(f"`metric` {metric!r} is not known; give one of {', '.join(CRITERIA)}")
     hands = hands_of(grasps, gripper)
     found = evaluate_grasps(arm, payload, hands, path, settings=settings)
+    # the greatest squeeze on the way, with pads whose torsion is that of round patches
     pad = SoftFinger(friction, 0.006 * friction)
     contacts = jax.tree.map(lambda x: jnp.asarray(x, float), grasps.contacts)
     force = np.asarray(greatest_gripping_force(contacts, pad, payload, path, arm.gravity))
     costs = np.concatenate([found.usable(), force[:, None]], axis=1)
+    # what cannot be carried out, what slips, and the order of the rest
     carried = np.isfinite(costs[:, :-1]).all(axis=1)
     slips = carried & ~(force <= gripper.force_limit)
     costs[~carried] = np.inf

@@ -21,10 +21,7 @@ _KEYS = {"mass", "inertia_zz", "com", "height", "outline", "ellipse"}
 
 
 def load_mcube_objects(path: str | Path | None = None) -> dict[str, ObjectModel]:
-    """Reads a table of objects.
-
-    Args:
-      path: of the YAML table; the published objects of Yu et al. 2016 if None.
+    """Reads a YAML table of objects; without a path, the published objects of Yu et al. 2016.
 
     Raises:
       ValueError: what is wrong in which entry of which object of which file.
