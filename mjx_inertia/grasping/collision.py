@@ -187,6 +187,7 @@ def _run(
     control: ControlSettings,
     duration: float,
 ) -> Collision:
+    # start on the planned motion
     data = mujoco.MjData(model)
     spring = model.joint("spring")
     at, moving = spring.qposadr[0], spring.dofadr[0]
@@ -200,10 +201,12 @@ def _run(
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fullM(model, data, mass)
+        # computed torque
         error, slip = planned(time) - data.qpos[:dof], speed_at(time) - data.qvel[:dof]
         wanted = rate_at(time) + control.damping * slip + control.stiffness * error
         torque = mass[:dof, :dof] @ wanted + data.qfrc_bias[:dof]
         data.qfrc_applied[:dof] = torque
+        # one step, and whether it brought the first contact
         here = data.site_xpos[hand].copy()
         mujoco.mj_step(model, data)
         times.append(data.time)

@@ -52,12 +52,14 @@ def _object(name: str, entry: object, default_height: object, where: str) -> Obj
     unknown = sorted(set(map(str, entry)) - _KEYS)
     if unknown:
         raise ValueError(f"{at}: unknown key {unknown[0]!r}; known are {sorted(_KEYS)}")
+    # outline, or an ellipse as polygon
     if ("outline" in entry) == ("ellipse" in entry):
         raise ValueError(f"{at}: give either `outline` or `ellipse`")
     if "outline" in entry:
         outline = _numbers(at, "outline", entry["outline"], None)
     else:
         outline = _ellipse(_numbers(at, "ellipse", entry["ellipse"], (2,), positive=True))
+    # inertial parameters and height
     com = None if entry.get("com") is None else _numbers(at, "com", entry["com"], (2,))
     mass = _numbers(at, "mass", entry.get("mass"), (), positive=True)
     inertia_zz = _numbers(at, "inertia_zz", entry.get("inertia_zz"), (), positive=True)
