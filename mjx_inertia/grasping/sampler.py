@@ -113,7 +113,7 @@ def sample_grasps(
     if count < 1 or not friction > 0.0:
         raise ValueError(f"`count` {count} and `friction` {friction} must be positive")
     generator = np.random.default_rng(seed)
-    rejected = dict.fromkeys(("friction", "width", "pads", "table", "collision"), 0)
+    rejected = {str(why): 0 for why in ("friction", "width", "pads", "table", "collision")}
     found: list[_Candidates] = []
     widths = [np.inf, -np.inf]
     have = rays = 0
