@@ -1,7 +1,7 @@
 """Candidate grasps of a parallel jaw: antipodal pairs of points on a mesh that the hand can reach.
 
-In: an object, a gripper, how many. Out: `GraspSample`, or grasps at points and along directions
-that the caller chooses.
+In: an object, a gripper, a number of grasps. Out: `GraspSample`, or grasps at chosen points and
+along chosen directions.
 """
 
 import dataclasses
@@ -113,7 +113,9 @@ def sample_grasps(
     if count < 1 or not friction > 0.0:
         raise ValueError(f"`count` {count} and `friction` {friction} must be positive")
     generator = np.random.default_rng(seed)
-    rejected = {str(why): 0 for why in ("friction", "width", "pads", "table", "collision")}
+    rejected: dict[str, int] = {
+        why: 0 for why in ("friction", "width", "pads", "table", "collision")
+    }
     found: list[_Candidates] = []
     widths = [np.inf, -np.inf]
     have = rays = 0

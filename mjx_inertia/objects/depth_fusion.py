@@ -1,4 +1,4 @@
-"""The solid that several partial views leave: depth images become a closed mesh.
+"""Fusion of depth images from several views into a closed mesh.
 
 In: `DepthViews` with known poses and the height of the table. Out: vertices and faces. What any
 view sees through is empty (space carving, Kutulakos and Seitz 2000, "A theory of shape by space

@@ -1,4 +1,4 @@
-"""Objects as files for other programs: a folder each, with URDF, MJCF and meshes.
+"""Export of objects to URDF and MJCF, a folder each, with their meshes.
 
 In: `ObjectModel`s by name, a folder. Out: `FOLDER/NAME/NAME.urdf`, `NAME.xml` (MJCF) and
 `meshes/part_*.obj` (to look at), `meshes/piece_*.obj` (convex, to touch). Wavefront OBJ, because it

@@ -1,4 +1,4 @@
-"""Tables of real objects by name: the published ones of Yu et al. 2016, or one's own.
+"""Tables of real objects: those published by Yu et al. 2016, or a user's own.
 
 In: a YAML table. Out: one `ObjectModel` per name. Format: a mapping `objects` from names to
 `mass` (kg), `inertia_zz` (kg m², about the CoM), optional `com` (m, object frame; the centroid

@@ -1,9 +1,8 @@
-"""What keeps a triangle mesh from bounding a solid, each defect by its name.
+"""Defects that keep a triangle mesh from bounding a solid, each by its name.
 
 In: vertices and faces. Out: the defects found, or a clean mesh. The integrals over a surface are
-those of a solid exactly where the surface winds once around every point of the solid and not at all
-around any other; each defect here is a way to fail that. NumPy in float64: a mesh is checked once,
-outside any compiled function.
+those of a solid where its winding number is 1 at every point of the solid and 0 at any other; each
+defect here violates that. NumPy in float64: a mesh is checked once, outside any compiled function.
 """
 
 import dataclasses

@@ -1,7 +1,7 @@
-"""An object as a picture, drawn by the processor alone: no window, graphics card or driver.
+"""Rendering of meshes to an image on the CPU: no window, graphics card or driver.
 
-In: coloured meshes and a direction to look from. Out: an image, and where points in space are in
-it. A z-buffer with smooth shading, outlines and a soft shadow on the table.
+In: coloured meshes and a view direction. Out: an image, and the pixels of points in space. A
+z-buffer with smooth shading, outlines and a soft shadow on the table.
 """
 
 import dataclasses
