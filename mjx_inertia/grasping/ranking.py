@@ -68,7 +68,8 @@ def grasp_costs(
 ) -> tuple[Float[Array, " m"], Int[Array, ""], AlongPath]:
     """Metrics and status of one grasp whose motion is known; differentiable in the payload.
 
-    Arguments as for `evaluate_grasps`.
+    The arm is without the object, `payload` in the object's own frame; other arguments as for
+    `evaluate_grasps`.
     """
     holding = with_payload(arm, payload, T_obj_hand.inverse().to_se3())
     signals = signals_along_path(holding, motion)
