@@ -42,6 +42,7 @@ def _run(given: argparse.Namespace) -> None:
     if file.suffix != ".png":
         raise ValueError(f"{file}: expected a name that ends in .png")
     check_writable(file)
+    # sample and rank
     arm, place, gripper = _arm(given)
     obj = _object(given)
     with warnings.catch_warnings():  # a short sample is said in the summary below
@@ -65,6 +66,7 @@ def _run(given: argparse.Namespace) -> None:
         metric=given.metric,
         friction=given.friction,
     )
+    # table, summary, picture
     count = len(ranking.force)
     failures = ", ".join(f"{n} {name}" for name, n in ranking.failures.items())
     if not len(ranking.order):

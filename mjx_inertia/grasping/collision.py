@@ -80,14 +80,10 @@ def collide(
     waypoint: int,
     control: ControlSettings | None = None,
 ) -> Collision:
-    """Carries a motion out with an obstacle in its way.
+    """Carries out a planned motion of one move with an obstacle in its way.
 
-    Args:
-      arm: with its payload, whose inertia the controller knows.
-      motion: of one move, planned.
-      obstacle: stands so that the hand meets it at the waypoint, face to face.
-      waypoint: number.
-      control: of the arm.
+    The hand meets the obstacle face to face at the waypoint of that number. The controller knows
+    the inertia of the arm with its payload.
 
     Raises:
       ValueError: a waypoint at which the hand is at rest.
@@ -191,6 +187,7 @@ def _run(
     control: ControlSettings,
     duration: float,
 ) -> Collision:
+    # start on the planned motion
     data = mujoco.MjData(model)
     spring = model.joint("spring")
     at, moving = spring.qposadr[0], spring.dofadr[0]
@@ -204,10 +201,12 @@ def _run(
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_fullM(model, data, mass)
+        # computed torque
         error, slip = planned(time) - data.qpos[:dof], speed_at(time) - data.qvel[:dof]
         wanted = rate_at(time) + control.damping * slip + control.stiffness * error
         torque = mass[:dof, :dof] @ wanted + data.qfrc_bias[:dof]
         data.qfrc_applied[:dof] = torque
+        # one step, and whether it brought the first contact
         here = data.site_xpos[hand].copy()
         mujoco.mj_step(model, data)
         times.append(data.time)

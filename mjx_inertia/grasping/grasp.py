@@ -60,11 +60,10 @@ class HandFrames:
 def hand_frames_from_points(
     points: Float[AnyArray, "n 2 3"], approach: Float[AnyArray, "n 3"]
 ) -> HandFrames:
-    """Hands that touch the points of pad 0 and pad 1.
+    """Hands that touch the points (m, object frame) of pad 0 and pad 1.
 
-    Args:
-      points: m, in the object frame.
-      approach: direction out of the palm; only its part normal to the closing direction counts.
+    Of `approach`, the direction out of the palm, only the part normal to the closing direction
+    counts.
 
     Raises:
       ValueError: two points coincide, or an approach is along its closing direction; with the row.
@@ -96,13 +95,8 @@ def grasps_at(
 ) -> Grasp:
     """Grasps by their contacts and approach directions, on the host.
 
-    Args:
-      points: of pad 0 and pad 1, m, in the object frame.
-      normals: of length 1, into the object.
-      approach: as for `hand_frames_from_points`.
-
-    Raises:
-      ValueError: as `hand_frames_from_points`.
+    Points and approach, and errors, as for `hand_frames_from_points`; normals are unit vectors into
+    the object.
     """
     frames = hand_frames_from_points(points, approach)
     wxyz = Rotation.from_matrix(frames.axes).as_quat(scalar_first=True)

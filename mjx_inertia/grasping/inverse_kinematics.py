@@ -73,16 +73,12 @@ class JointPath:
 def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
     """Joint positions at which the hand is at the first of some poses, or as near as was found.
 
-    Damped least squares from several starts, within the limits. The redundant joints move towards
-    the middle of their ranges. Each solution is continued to the other poses by least joint
+    `stops` are poses T_world_hand with one leading axis: where the hand sets out, and where it must
+    come to. Damped least squares from several starts, within the limits. The redundant joints move
+    towards the middle of their ranges. Each solution is continued to the other poses by least joint
     displacement. Among the starts that reach every pose, the one farthest from the joint limits is
     taken. Starts are compared in single precision. The search from the best one is repeated in the
     precision of `stops`.
-
-    Args:
-      arm: the arm.
-      stops: T_world_hand, leading axis m: where the hand sets out, and where it must come to.
-      settings: of the search.
     """
     low, high = _finite_limits(arm)
     # centring stops before the end, so that the pose is met to the last digit
@@ -158,15 +154,9 @@ def follow_path(
 ) -> JointPath:
     """Carries the hand along a path from joint positions `q`.
 
-    Between waypoints the least joint speed is integrated by Runge and Kutta's fourth-order method;
-    one Newton step on the pose removes the drift.
-
-    Args:
-      arm: the arm.
-      q: joint positions at the first waypoint.
-      hand: T_world_hand, its twist per unit of s and the derivative of that, at s of a move.
-      move: of each waypoint.
-      s: of each waypoint.
+    Between waypoints, each at s of a move, the least joint speed is integrated by the fourth-order
+    Runge-Kutta method; one Newton step on the pose removes the drift. `hand` gives T_world_hand,
+    its twist per unit of s and the derivative of that twist.
     """
 
     def step(

@@ -66,6 +66,7 @@ def picture_of(
     """
     if not len(ranking.order):
         raise ValueError(f"ranking: no grasp to draw; all failed: {ranking.failures}")
+    # colours by the costs of what can be carried out
     cost = ranking.by(metric)
     carried = np.isfinite(cost)
     low, high = np.quantile(cost[carried], [0.0, 0.9])
@@ -75,6 +76,7 @@ def picture_of(
     best = ranking.order[:hands]
     boxes = [_joined(hand_boxes(ranking.grasps, gripper, int(row))) for row in best]
     tints = [color.to_rgba(cost[row])[:3] for row in best]
+    # panels: surface, hands, arm
     figure = Figure(figsize=(13.5, 4.8), layout="constrained")
     axes = figure.subplots(1, 3)
     views = View(size=_SIZE)

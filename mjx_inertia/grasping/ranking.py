@@ -68,7 +68,8 @@ def grasp_costs(
 ) -> tuple[Float[Array, " m"], Int[Array, ""], AlongPath]:
     """Metrics and status of one grasp whose motion is known; differentiable in the payload.
 
-    Arguments as for `evaluate_grasps`.
+    The arm is without the object, `payload` in the object's own frame; other arguments as for
+    `evaluate_grasps`.
     """
     holding = with_payload(arm, payload, T_obj_hand.inverse().to_se3())
     signals = signals_along_path(holding, motion)
@@ -174,10 +175,12 @@ def rank_grasps(
         raise ValueError(f"`metric` {metric!r} is not known; give one of {', '.join(CRITERIA)}")
     hands = hands_of(grasps, gripper)
     found = evaluate_grasps(arm, payload, hands, path, settings=settings)
+    # the greatest squeeze on the way, with pads whose torsion is that of round patches
     pad = SoftFinger(friction, 0.006 * friction)
     contacts = jax.tree.map(lambda x: jnp.asarray(x, float), grasps.contacts)
     force = np.asarray(greatest_gripping_force(contacts, pad, payload, path, arm.gravity))
     costs = np.concatenate([found.usable(), force[:, None]], axis=1)
+    # what cannot be carried out, what slips, and the order of the rest
     carried = np.isfinite(costs[:, :-1]).all(axis=1)
     slips = carried & ~(force <= gripper.force_limit)
     costs[~carried] = np.inf

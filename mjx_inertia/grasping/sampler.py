@@ -1,7 +1,7 @@
 """Candidate grasps of a parallel jaw: antipodal pairs of points on a mesh that the hand can reach.
 
-In: an object, a gripper, how many. Out: `GraspSample`, or grasps at points and along directions
-that the caller chooses.
+In: an object, a gripper, a number of grasps. Out: `GraspSample`, or grasps at chosen points and
+along chosen directions.
 """
 
 import dataclasses
@@ -91,10 +91,10 @@ def sample_grasps(
 ) -> GraspSample:
     """Antipodal grasps: the line between the contacts is in both friction cones (Nguyen 1988).
 
-    A contact is uniform on the surface; a ray from it into the object, within the friction cone,
-    leaves it at one or more places, each of which may be the other contact (so a mug is held by its
-    wall or around it). A pair is kept if the jaw can open that wide and the hand does not overlap
-    the object, see `hand_clearance`.
+    The first contact is uniform on the surface. A ray from it into the object, within the friction
+    cone, leaves the object at one or more places, each of which may be the other contact (so a mug
+    is held by its wall or around it). A pair is kept if the jaw can open that wide and the hand
+    does not overlap the object, see `hand_clearance`.
 
     Args:
       obj: whose `mesh` is grasped.
@@ -113,12 +113,13 @@ def sample_grasps(
     if count < 1 or not friction > 0.0:
         raise ValueError(f"`count` {count} and `friction` {friction} must be positive")
     generator = np.random.default_rng(seed)
-    rejected: dict[str, int] = {}
-    for reason in ("friction", "width", "pads", "table", "collision"):
-        rejected[reason] = 0
+    rejected: dict[str, int] = {
+        why: 0 for why in ("friction", "width", "pads", "table", "collision")
+    }
     found: list[_Candidates] = []
     widths = [np.inf, -np.inf]
     have = rays = 0
+    # batches of rays, as many as the yield so far suggests
     while have < count and rays < 20_000 + settings.rays_per_grasp * count:
         batch = int(np.clip(1.2 * (count - have) * rays / max(have, 1), 512, 20_000))
         pairs = _opposite_contacts(obj.mesh, batch, friction, settings.tilt, generator, rejected)
@@ -151,14 +152,9 @@ def grasps_along(
 ) -> Grasp:
     """Grasps of the material around chosen points, along chosen directions.
 
-    From each point, which must be inside the object, the nearest surface along `closing` and
-    against it are the contacts. Whether a gripper can take them says `grasp_fit`.
-
-    Args:
-      obj: whose `mesh` is grasped.
-      points: m, in the object frame.
-      closing: direction from pad 0 to pad 1.
-      approach: direction out of the palm; only its part normal to `closing` counts.
+    The contacts are the nearest surfaces along `closing` (from pad 0 to pad 1) and against it, from
+    points (m, object frame) inside the object. Of `approach`, the direction out of the palm, only
+    the part normal to `closing` counts. `grasp_fit` says whether a gripper can take such a grasp.
 
     Raises:
       ValueError: a point is not inside the object, or an approach is along `closing`; with the row.

@@ -103,11 +103,8 @@ def object_path(
 ) -> ObjectPath:
     """Samples a task evenly in time, each move with both its ends.
 
-    Args:
-      task: the moves.
-      T_world_obj: of the object before the first.
-      com_obj: CoM in the object's frame, m: known, or as it was estimated.
-      waypoints: in all, shared among the moves by their durations.
+    The object starts at `T_world_obj`; `com_obj` is its CoM in its own frame, m, known or
+    estimated. The moves share the waypoints by their durations.
 
     Raises:
       ValueError: fewer than two waypoints for a move.

@@ -72,10 +72,12 @@ def epsilon_quality(
         direction = jax.lax.fori_loop(0, _STEPS, step, direction)
         return direction, needed(direction, *held)
 
+    # climb from the weakest of many directions to the greatest force that is needed
     directions = jnp.asarray(_directions(), dtype=contacts.points.dtype)
     _, weakest = jax.lax.top_k(-jax.vmap(strength)(directions), _STARTS)
     ends, forces = jax.vmap(climb)(directions[weakest])
     worst = jax.lax.stop_gradient(ends[jnp.argmax(forces)])
+    # ε there, differentiable by the envelope theorem
     closed = is_force_closure(contacts, pad)
     force = needed(worst, contacts, pad, reference, jnp.asarray(length))
     return jnp.where(closed, 1.0 / jnp.where(closed, force, 1.0), 0.0)

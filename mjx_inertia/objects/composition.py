@@ -203,6 +203,7 @@ def combine_objects(
         raise ValueError(
             f"{name}: objects overlap by {1e6 * shared:.3g} cm³; move them apart until they touch"
         )
+    # mass properties of the whole; friction and colour of the heaviest
     total = combine_float64([change_frame_float64(obj.inertial, T) for obj, T in placed])
     heaviest = max(objects, key=lambda obj: float(obj.inertial.mass))
     return ObjectModel(

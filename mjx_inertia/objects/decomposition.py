@@ -1,9 +1,9 @@
 """Any object as convex pieces, for collision.
 
-In: parts and the solid that they make up. Out: vertices of convex bodies. What lies inside the
-whole may be covered twice, so a grip around a shaft counts as solid; prisms and solids of
-revolution are recognised and cut in the plane; what remains is cut by planes. (CoACD, tried on the
-catalogue, takes up to two minutes for one lamp, and its error is several times larger.)
+In: parts and the solid that they make up. Out: vertices of convex bodies. Bodies may overlap inside
+the whole, so a grip around a shaft counts as solid. Prisms and solids of revolution are recognised
+and cut in the plane; the rest is cut by planes. (CoACD, tried on the catalogue, takes up to two
+minutes for one lamp, and its error is several times larger.)
 """
 
 import contextlib

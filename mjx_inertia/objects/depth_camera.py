@@ -1,4 +1,4 @@
-"""Partial views of an object by a depth camera: where cameras stand, and what they measure.
+"""Simulated depth cameras: their poses, and the depth images they take of a mesh.
 
 In: a mesh and camera poses. Out: `DepthViews` by ray casting, with noise on request, and the point
 cloud they make. A camera looks along its z axis, with x to the right and y down in the image.

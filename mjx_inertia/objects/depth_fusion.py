@@ -1,4 +1,4 @@
-"""The solid that several partial views leave: depth images become a closed mesh.
+"""Fusion of depth images from several views into a closed mesh.
 
 In: `DepthViews` with known poses and the height of the table. Out: vertices and faces. What any
 view sees through is empty (space carving, Kutulakos and Seitz 2000, "A theory of shape by space
@@ -81,17 +81,11 @@ def fuse_views(
     settings: FusionSettings = FusionSettings(),  # frozen
     grid: FusionGrid | None = None,
 ) -> FusedSolid:
-    """The closed surface of an object that stands on a table, from views of it alone.
+    """The closed surface of an object that stands on a table, from depth images of it alone.
 
-    Walls thinner than twice the truncation come out too thick, or open.
-
-    Args:
-      views: depth images that show the object and nothing else.
-      noise: standard deviation of a depth, m.
-      table: z of the table on which the object stands, m, in the world frame; there is nothing
-        below.
-      settings: of the fusion.
-      grid: to fuse on; one around the points if None.
+    `noise` is the standard deviation of a depth, m, and `table` the z of the table in the world
+    frame, m, below which there is nothing. Without a `grid`, one is laid around the points. Walls
+    thinner than twice the truncation come out too thick, or open.
 
     Raises:
       ValueError: the views see nothing, or nothing is left of the object.

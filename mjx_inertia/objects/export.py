@@ -1,4 +1,4 @@
-"""Objects as files for other programs: a folder each, with URDF, MJCF and meshes.
+"""Export of objects to URDF and MJCF, a folder each, with their meshes.
 
 In: `ObjectModel`s by name, a folder. Out: `FOLDER/NAME/NAME.urdf`, `NAME.xml` (MJCF) and
 `meshes/part_*.obj` (to look at), `meshes/piece_*.obj` (convex, to touch). Wavefront OBJ, because it
@@ -215,6 +215,7 @@ def _mjcf_text(obj: ObjectModel, name: str, files: _MeshFiles) -> bytes:
             ET.SubElement(custom, "text", name=f"{name}_{key}", data=value)
     off = _numbers([obj.pieces_error])
     ET.SubElement(custom, "numeric", name=f"{name}_pieces_error", data=off)
+    # the body with its stated inertial parameters, then its geometries
     assets = ET.SubElement(root, "asset")
     world = ET.SubElement(root, "worldbody")
     body = ET.SubElement(world, "body", name=name)

@@ -50,9 +50,7 @@ class FileBody:
 def read_mesh(path: Path, unit: float | None = None) -> trimesh.Trimesh:
     """The triangles of a mesh file, m; corners at one place are made one.
 
-    Args:
-      path: of the file.
-      unit: m, of its coordinates; that which the file states if None, and 1 where it states none.
+    `unit` (m) is that of the coordinates; without it, that which the file states, or 1 m.
 
     Raises:
       FileNotFoundError: there is no such file.
@@ -89,13 +87,10 @@ def _stated_unit(path: Path, name: str | None) -> float:
 
 
 def primitive_mesh(kind: str, size: Float[ndarray, " _"]) -> trimesh.Trimesh:
-    """A named solid about the origin of its frame.
+    """A named solid about the origin of its frame, with its size in m.
 
-    Args:
-      kind: "box" with its edges along x, y, z; "sphere" with its radius; "ellipsoid" with its
-        semi-axes; "cylinder" or "capsule" along z with the radius and the length, which of a
-        capsule is that of its cylinder.
-      size: m.
+    "box" with its edges along x, y, z; "sphere" with its radius; "ellipsoid" with its semi-axes;
+    "cylinder" or "capsule" along z with the radius and the length (of the cylinder alone).
 
     Raises:
       ValueError: another kind, or sizes that are not positive.

@@ -1,7 +1,7 @@
-"""Solids as Manifold knows them: exact booleans, and what a solid looks like from above.
+"""Solids of `manifold3d`: exact booleans, silhouettes seen from above, sections.
 
-In: watertight `trimesh` meshes. Out: their union, silhouette and lower slice. In double precision,
-which `trimesh.boolean` gives up.
+In: watertight `trimesh` meshes. Out: their union, silhouette and lower slice, in double precision,
+which `trimesh.boolean` does not keep.
 """
 
 from collections.abc import Iterable
@@ -42,7 +42,7 @@ def from_manifold(solid: manifold3d.Manifold) -> trimesh.Trimesh:
 
 
 def union(meshes: Iterable[trimesh.Trimesh]) -> manifold3d.Manifold:
-    """All that lies in one of the meshes, which may touch.
+    """The union of meshes, which may touch.
 
     Vertices are rounded to a nanometre: faces that touch then touch exactly, and leave no sliver
     between them.

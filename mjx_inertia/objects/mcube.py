@@ -1,4 +1,4 @@
-"""Tables of real objects by name: the published ones of Yu et al. 2016, or one's own.
+"""Tables of real objects: those published by Yu et al. 2016, or a user's own.
 
 In: a YAML table. Out: one `ObjectModel` per name. Format: a mapping `objects` from names to
 `mass` (kg), `inertia_zz` (kg m², about the CoM), optional `com` (m, object frame; the centroid
@@ -21,10 +21,7 @@ _KEYS = {"mass", "inertia_zz", "com", "height", "outline", "ellipse"}
 
 
 def load_mcube_objects(path: str | Path | None = None) -> dict[str, ObjectModel]:
-    """Reads a table of objects.
-
-    Args:
-      path: of the YAML table; the published objects of Yu et al. 2016 if None.
+    """Reads a YAML table of objects; without a path, the published objects of Yu et al. 2016.
 
     Raises:
       ValueError: what is wrong in which entry of which object of which file.
@@ -55,12 +52,14 @@ def _object(name: str, entry: object, default_height: object, where: str) -> Obj
     unknown = sorted(set(map(str, entry)) - _KEYS)
     if unknown:
         raise ValueError(f"{at}: unknown key {unknown[0]!r}; known are {sorted(_KEYS)}")
+    # outline, or an ellipse as polygon
     if ("outline" in entry) == ("ellipse" in entry):
         raise ValueError(f"{at}: give either `outline` or `ellipse`")
     if "outline" in entry:
         outline = _numbers(at, "outline", entry["outline"], None)
     else:
         outline = _ellipse(_numbers(at, "ellipse", entry["ellipse"], (2,), positive=True))
+    # inertial parameters and height
     com = None if entry.get("com") is None else _numbers(at, "com", entry["com"], (2,))
     mass = _numbers(at, "mass", entry.get("mass"), (), positive=True)
     inertia_zz = _numbers(at, "inertia_zz", entry.get("inertia_zz"), (), positive=True)

@@ -1,9 +1,8 @@
-"""What keeps a triangle mesh from bounding a solid, each defect by its name.
+"""Defects that keep a triangle mesh from bounding a solid, each by its name.
 
 In: vertices and faces. Out: the defects found, or a clean mesh. The integrals over a surface are
-those of a solid exactly where the surface winds once around every point of the solid and not at all
-around any other; each defect here is a way to fail that. NumPy in float64: a mesh is checked once,
-outside any compiled function.
+those of a solid where its winding number is 1 at every point of the solid and 0 at any other; each
+defect here violates that. NumPy in float64: a mesh is checked once, outside any compiled function.
 """
 
 import dataclasses
@@ -206,6 +205,7 @@ def _open_edges(triangles: Int[ndarray, "f 3"]) -> tuple[Finding, ...]:
 
 def _bad_solid(corners: Float[ndarray, "f 3 3"], names: Int[ndarray, "f 3"]) -> tuple[Finding, ...]:
     """Defects of a closed surface with the origin amid it."""
+    # signed volume (a determinant for each face)
     a, b, c = np.moveaxis(corners, 1, 0)
     terms = a * np.cross(b, c)
     volume = float(terms.sum()) / 6.0
@@ -216,6 +216,7 @@ def _bad_solid(corners: Float[ndarray, "f 3 3"], names: Int[ndarray, "f 3"]) -> 
         detail = "the faces look inwards; reverse the order of their corners (`repair_mesh` does)"
         found = (Finding(MeshDefect.INVERTED, detail),)
         corners, names = corners[:, ::-1], names[:, ::-1]
+    # winding numbers other than 0 and 1, and faces that cross
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     wrong = _wrong_winding(corners, names, _TOLERANCE * size) / abs(volume)
     negative, repeated = wrong.tolist()

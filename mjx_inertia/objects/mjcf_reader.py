@@ -48,6 +48,7 @@ def read_mjcf(path: Path) -> FileBody:
         model = spec.compile()
     except ValueError as error:
         raise ValueError(f"MuJoCo cannot compile it: {error}") from None
+    # geometries that touch nothing are to look at
     poses = _body_poses(model)
     shapes: dict[bool, list[FileShape]] = {True: [], False: []}
     for geom in spec.geoms:

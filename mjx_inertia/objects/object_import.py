@@ -127,10 +127,12 @@ def _read(file: Path, unit: float | None) -> FileBody:
 def _object(
     body: FileBody, solids: Sequence[FileShape], density: float | None, mass: float | None
 ) -> ObjectModel:
+    # put down on the table
     low = min(float(solid.mesh.bounds[0, 2]) for solid in solids)
     up = 0.0 if abs(low) <= _ON_TABLE else -low
     solids, collisions = _lifted(solids, up), _lifted(body.collisions, up)
     whole = union(solid.mesh for solid in solids)
+    # inertial parameters as asked for or as stated
     if density is None and mass is not None:
         density = mass / whole.volume()
     if density is None:

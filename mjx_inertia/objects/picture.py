@@ -1,7 +1,7 @@
-"""An object as a picture, drawn by the processor alone: no window, graphics card or driver.
+"""Rendering of meshes to an image on the CPU: no window, graphics card or driver.
 
-In: coloured meshes and a direction to look from. Out: an image, and where points in space are in
-it. A z-buffer with smooth shading, outlines and a soft shadow on the table.
+In: coloured meshes and a view direction. Out: an image, and the pixels of points in space. A
+z-buffer with smooth shading, outlines and a soft shadow on the table.
 """
 
 import dataclasses
@@ -11,6 +11,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float, Int
 from numpy import ndarray
+from scipy.ndimage import uniform_filter
 
 _SAMPLES = 3  # along each edge of a pixel
 _FILLED = 0.9  # of the picture's edge that the object and its shadow take up
@@ -59,6 +60,7 @@ def draw_meshes(
     view: View = View(),
 ) -> Picture:
     """Draws meshes that stand on z = 0, each of one colour or with one for each face."""
+    # triangles, their normals and colours
     corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
     normals = np.concatenate([_corner_normals(mesh) for mesh in meshes])
     color = np.concatenate(
@@ -67,6 +69,7 @@ def draw_meshes(
             for mesh, color in zip(meshes, colors, strict=True)
         ]
     )
+    # as seen by the viewer, and their shadow on the table
     seen = corners @ view.axes.T
     sun = view.axes[:2].T @ _SUN[:2] + [0.0, 0.0, _SUN[2]]
     ground = (corners - corners[..., 2:] * (sun / sun[2])) @ view.axes.T
@@ -81,6 +84,7 @@ def draw_meshes(
         flat = 0.5 * pixels + (points[..., :2] - middle) * [scale, -scale]
         return np.concatenate([flat, points[..., 2:] * scale], axis=-1)
 
+    # the shadow, then the shaded surface, then the outlines
     screen = on_screen(seen)
     face, weights = _nearest(screen, pixels)
     image = np.ones((pixels * pixels, 3))
@@ -97,6 +101,7 @@ def draw_meshes(
     tint = np.zeros((pixels * pixels, 3))
     tint[hit] = color[face[hit]]
     image *= 1.0 - 0.65 * _outlined(depth, facing, tint, pixels)[:, None]
+    # samples become pixels
     shape = (view.size, _SAMPLES, view.size, _SAMPLES, 3)
     small = np.clip(image, 0.0, 1.0).reshape(shape).mean(axis=(1, 3))
     return Picture(small, view.axes, middle, scale / _SAMPLES)
@@ -229,13 +234,7 @@ def _outlined(
 
 def _blurred(mask: Float[ndarray, " p"], pixels: int) -> Float[ndarray, " p"]:
     """Means over squares, three times, which is close to a Gaussian."""
-    image, radius = mask.reshape(pixels, pixels), max(1, pixels // 60)
+    image, edge = mask.reshape(pixels, pixels), 2 * max(1, pixels // 60) + 1
     for _ in range(3):
-        for axis in (0, 1):
-            padded = np.cumsum(
-                np.pad(image, [(radius + 1, radius) if k == axis else (0, 0) for k in (0, 1)]), axis
-            )
-            after = np.take(padded, np.arange(2 * radius + 1, pixels + 2 * radius + 1), axis)
-            before = np.take(padded, np.arange(pixels), axis)
-            image = (after - before) / (2 * radius + 1)
+        image = uniform_filter(image, edge, mode="constant")
     return image.reshape(-1)

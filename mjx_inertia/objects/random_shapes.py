@@ -1,4 +1,4 @@
-"""Random families of upright shapes, as different as the catalogue's: to train on.
+"""Random families of upright shapes, as varied as the catalogue's, for training.
 
 In: `RandomShapes`, a count and a seed. Out: `ObjectModel`s whose outline, size, mass and density
 all vary. Every object is the extrusion of an area, which may have holes, of one material or of two

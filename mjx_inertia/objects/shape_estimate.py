@@ -71,12 +71,12 @@ def estimate_shape(
     """Shape of an object that stands on a table, from depth images of it.
 
     A parametric bootstrap (Efron and Tibshirani 1993, "An introduction to the bootstrap", ch. 6 and
-    10): the fused solid is seen again by the same cameras, with fresh noise, and fused again.
-    How far these draws lie from it on average is the bias of the whole method on such a shape
-    (pixels, grid, noise, what the cameras do not see), which is taken off; how they scatter is the
-    covariance that noise causes. What is systematic is added as a surface that may stand off by a
-    length, of which every parameter has its part: 0.03 cells, and as much as the bias taken off
-    and half the way to the largest solid that the views allow amount to.
+    10): the same cameras see the fused solid again, with fresh noise, and it is fused again. The
+    mean offset of these draws is the bias of the method on such a shape (pixels, grid, noise, what
+    the cameras do not see); it is subtracted. Their scatter is the covariance due to noise. For
+    systematic errors the surface as a whole may be displaced, which moves every parameter: by 0.03
+    cells, by as much as the bias amounts to, and by half the distance to the largest solid that the
+    views allow.
 
     Args:
       views: depth images of the object alone.

@@ -57,6 +57,7 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
             raise ValueError(f"two links have the name {link.get('name')!r}")
     poses = _link_poses(root, links)
     colors = {material.get("name"): _color(material) for material in root.findall("material")}
+    # inertial parameters of each link, or why there are none
     bodies, lacking = [], []
     for name, T_root_link in poses.items():
         inertials = links[name].findall("inertial")
@@ -101,6 +102,7 @@ def _link_poses(root: ET.Element, links: dict[str, ET.Element]) -> dict[str, Tra
         if child in above:
             raise ValueError(f"{where} gives link {child!r} a second parent")
         above[child] = parent, _origin(joint, where)
+    # from each link up to its root
     poses, roots = {}, {}
     for name in links:
         pose, link = np.eye(4), name
@@ -112,6 +114,7 @@ def _link_poses(root: ET.Element, links: dict[str, ET.Element]) -> dict[str, Tra
         if link in above:
             raise ValueError(f"link {name!r} is in a loop of joints")
         poses[name], roots[name] = pose, link
+    # one body: all links with mass or shape hang on one root
     solid = [name for name, link in links.items() if _has_content(link)]
     if not solid:
         raise ValueError(f"no link with mass or shape among {len(links)} links")

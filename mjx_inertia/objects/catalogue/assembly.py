@@ -1,4 +1,4 @@
-"""Solids become parts: with convex pieces where their construction knows them, at rest on a table.
+"""Parts of the catalogue's objects: with convex pieces of prisms and turned solids, at rest.
 
 In: plans, profiles, solids of `shaping`, each with a density (kg/m³) and a colour. Out: `Part`s
 that touch and do not overlap.

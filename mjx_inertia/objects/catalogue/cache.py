@@ -1,7 +1,7 @@
-"""Finished objects on disk: arrays and text, no code; in the user's cache by all that made them.
+"""Objects on disk, and the key of a finished object in the user's cache.
 
-In: an `ObjectModel`, a path. Out: an `.npz` file that holds it in double precision, and back; a key
-of recipe, parameters, code and packages.
+In: an `ObjectModel`, a path. Out: an `.npz` file of arrays and text (no code) that holds it in
+double precision, and the object read back. The key covers recipe, parameters, code and versions.
 """
 
 import functools
@@ -33,7 +33,7 @@ def default_cache() -> Path:
 
 
 def cache_key(name: str, parameters: Mapping[str, object]) -> str:
-    """Of all that decides how an object of the catalogue comes out."""
+    """Key of everything that determines an object: parameters, our code, versions of packages."""
     what = [name, sorted(parameters.items()), _code(), _versions()]
     return hashlib.sha256(json.dumps(what, default=float).encode()).hexdigest()[:16]
 

@@ -33,17 +33,7 @@ from mjx_inertia.objects.composition import from_parts
 from mjx_inertia.objects.model import ObjectModel, Part
 
 # Modules of recipes, in the order of the catalogue within each category.
-_MODULES = (
-    primitives,
-    carpentry,
-    fastening,
-    tableware,
-    household,
-    toys,
-    vehicles,
-    pushing,
-    thesis,
-)
+_MODULES = [primitives, carpentry, fastening, tableware, household, toys, vehicles, pushing, thesis]
 CATEGORIES: tuple[str, ...] = get_args(Category)
 Value = float | int | str | tuple[float, ...]
 _EVERYWHERE = ("mass", "friction")  # parameters that every object has
