@@ -60,6 +60,8 @@ def run_program(
                 (folder / "error.txt").write_text(traceback.format_exc())
                 sentence += f" (where: {folder / 'error.txt'})"
             _end_job(sentence)
+        finally:
+            os.environ[FULL_ERROR] = "1"
 
     # Hydra then raises its errors instead of printing them over several lines.
     os.environ[FULL_ERROR] = "1"

@@ -144,15 +144,14 @@ def from_config(config: DictConfig, others: Collection[str] = ()) -> SweepSettin
     unknown = sorted(set(raw["estimator"]["names"]) - set(ESTIMATORS))
     if unknown:
         raise ValueError(f"estimator.names has {unknown[0]!r}; there are {sorted(ESTIMATORS)}")
-    estimators = {
-        name: override(
-            ESTIMATORS[name].settings(), raw["estimator"].get(name, {}), f"estimator.{name}"
-        )
-        for name in raw["estimator"]["names"]
+    # settings of estimators that do not run are checked too
+    chosen = {
+        name: override(entry.settings(), raw["estimator"].get(name, {}), f"estimator.{name}")
+        for name, entry in ESTIMATORS.items()
     }
     return SweepSettings(
         dataset=_dataset(raw["dataset"], raw["seed"]),
-        estimators=estimators,
+        estimators={name: chosen[name] for name in raw["estimator"]["names"]},
         features=override(FeatureSettings(), raw["features"], "features"),
         seed=raw["seed"],
         progress=raw["progress"],

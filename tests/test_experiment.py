@@ -161,6 +161,7 @@ def test_a_failing_job_leaves_the_others_of_a_sweep_to_run(small, run_script, ca
 def test_the_report_needs_no_copy_of_the_configuration(small, run_script, monkeypatch, tmp_path):
     found = SweepResult(Source("none", lambda: iter(()), None, None, ()), {}, (), {}, None)
     monkeypatch.setattr("mjx_inertia.experiment.run_sweep", lambda settings: found)
+    monkeypatch.setattr("mjx_inertia.runtime.configure", lambda *_, **__: None)
     texts = []
     write = lambda folder, result, text, sections=(): texts.append(text)  # noqa: E731
     monkeypatch.setattr("mjx_inertia.experiment.write_outputs", write)

@@ -60,10 +60,10 @@ def load_fitted(path: str | Path) -> object:
       FileNotFoundError: there is no such file.
       ValueError: the file is truncated, damaged, of another kind or of a newer version.
     """
-    with read_arrays(Path(path), f"a fitted estimator ({_FORMAT!r}, {_VERSION})") as arrays:
+    with read_arrays(Path(path), f"a fitted estimator ({_FORMAT!r} version {_VERSION})") as arrays:
         description = json.loads(str(arrays.pop("description")))
         if (description["format"], description["version"]) != (_FORMAT, _VERSION):
-            raise OtherFormat(f"{description['format']!r}, {description['version']}")
+            raise OtherFormat(f"{description['format']!r} version {description['version']}")
         return _put_together(description["fitted"], arrays)
 
 
