@@ -6,7 +6,6 @@ from mjx_inertia.grasping.augmented import (
     object_inertia as object_inertia,
     operational_dynamics as operational_dynamics,
     operational_inertia as operational_inertia,
-    with_payload as with_payload,
 )
 from mjx_inertia.grasping.contact_model import (
     SoftFinger as SoftFinger,

@@ -1,6 +1,6 @@
 """The metrics of many grasps of one object for one task, in one compiled program.
 
-In: an `Arm`, a payload, hands in the object's frame (leading axis n), an `ObjectPath`. Out:
+In: a `Robot`, a payload, hands in the object's frame (leading axis n), an `ObjectPath`. Out:
 `GraspCosts`, a table with a status on each row.
 """
 
@@ -13,12 +13,11 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float, Int
 
-from mjx_inertia.grasping.augmented import with_payload
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings
 from mjx_inertia.grasping.metrics import METRICS, AlongPath, signals_along_path
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, motion_status, plan_motion
 from mjx_inertia.grasping.task_path import ObjectPath
-from mjx_inertia.robots import Arm, over_states
+from mjx_inertia.robots import Robot, over_states, with_payload
 from mjx_inertia.spatial import (
     Consistency,
     InertialParameters,
@@ -47,7 +46,7 @@ class GraspCosts:
 
 
 def grasp_costs(
-    arm: Arm,
+    arm: Robot,
     payload: InertialParameters,
     T_obj_hand: Pose,
     motion: GraspMotion,
@@ -64,7 +63,7 @@ def grasp_costs(
       metrics: names in `METRICS`.
       settings: what counts as reached.
     """
-    holding = with_payload(arm, payload, T_obj_hand.inverse().to_se3())
+    holding = with_payload(arm, payload, T_obj_hand.inverse())
     signals = signals_along_path(holding, motion)
     costs = jnp.stack([METRICS[name](holding, motion, signals) for name in metrics])
     status = motion_status(arm, motion, signals.torque, settings or ReachSettings())
@@ -73,7 +72,7 @@ def grasp_costs(
 
 
 def evaluate_grasps(
-    arm: Arm,
+    arm: Robot,
     payload: InertialParameters,
     T_obj_hand: Pose,
     path: ObjectPath,
@@ -106,7 +105,7 @@ def evaluate_grasps(
 class _Key:
     """An arm by its values, so that one compiled program serves equal arms."""
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Robot) -> None:
         self.arm = arm
         leaves, structure = jax.tree.flatten(arm)
         self._value = (str(structure), tuple(np.asarray(leaf).tobytes() for leaf in leaves))

@@ -23,7 +23,7 @@ from mjx_inertia.grasping.metrics import METRICS
 from mjx_inertia.grasping.motion import GraspStatus
 from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.pareto import pareto_set
-from mjx_inertia.robots import Arm
+from mjx_inertia.robots import Robot
 from mjx_inertia.spatial import InertialParameters, Pose
 
 FORCE = "gripping_force"
@@ -72,7 +72,7 @@ def hands_of(grasps: Grasp, gripper: Gripper) -> Pose:
 
 
 def rank_grasps(
-    arm: Arm,
+    arm: Robot,
     payload: InertialParameters,
     grasps: Grasp,
     gripper: Gripper,
