@@ -47,7 +47,7 @@ from mjx_inertia.grasping import (
 )
 from mjx_inertia.objects import ObjectModel, load_catalogue
 from mjx_inertia.pareto import hypervolume, knee, pareto_set
-from mjx_inertia.robots import Arm, baxter
+from mjx_inertia.robots import Robot, baxter
 from mjx_inertia.spatial import InertialParameters, Pose
 
 METRICS = ("inverse_manipulability", "effective_mass", "energy")
@@ -86,7 +86,7 @@ def top_grasps(model: ObjectModel, start: Pose) -> Pose:
     return jax.tree.map(lambda *x: jnp.stack([jnp.asarray(v) for v in x]), *hands)
 
 
-def ten_grasps(arm: Arm, model: ObjectModel, start: Pose, folder: Path) -> dict[str, Any]:
+def ten_grasps(arm: Robot, model: ObjectModel, start: Pose, folder: Path) -> dict[str, Any]:
     """Figs 6.3 and 6.4: the metrics over their maxima, and the best grasp by each."""
     body = jax.tree.map(np.asarray, model.inertial)
     hands = top_grasps(model, start)
@@ -121,7 +121,7 @@ def ten_grasps(arm: Arm, model: ObjectModel, start: Pose, folder: Path) -> dict[
 
 
 def many_grasps(
-    arm: Arm, model: ObjectModel, start: Pose, options: Options, folder: Path
+    arm: Robot, model: ObjectModel, start: Pose, options: Options, folder: Path
 ) -> tuple[dict[str, Any], GraspCosts, tuple[Pose, Contacts]]:
     """The Pareto front of sampled grasps and a map of the energy over the surface."""
     begin = time.perf_counter()
@@ -164,7 +164,7 @@ def many_grasps(
 
 
 def robust_choice(
-    arm: Arm,
+    arm: Robot,
     model: ObjectModel,
     start: Pose,
     found: GraspCosts,

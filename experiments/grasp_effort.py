@@ -34,7 +34,7 @@ from mjx_inertia.grasping import (
     object_path,
 )
 from mjx_inertia.objects import load_catalogue
-from mjx_inertia.robots import Arm, baxter
+from mjx_inertia.robots import Robot, baxter
 from mjx_inertia.spatial import InertialParameters, Pose
 
 PRIMITIVES = tuple(f"{kind}_{axis}" for kind in ("translate", "rotate") for axis in "xyz")
@@ -80,7 +80,7 @@ def disk() -> tuple[InertialParameters, Pose]:
 
 
 def efforts(
-    arm: Arm, body: InertialParameters, hands: Pose, tasks: tuple[str, ...], starts: list[Pose]
+    arm: Robot, body: InertialParameters, hands: Pose, tasks: tuple[str, ...], starts: list[Pose]
 ) -> dict[str, dict[str, np.ndarray]]:
     """Efforts by task: whole, without the payload, without gravity; torque norms over time.
 

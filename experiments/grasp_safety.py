@@ -29,11 +29,10 @@ from mjx_inertia.grasping import (
     object_path,
     plan_motion,
     signals_along_path,
-    with_payload,
 )
 from mjx_inertia.grasping.collision import Bottle, Collision, Pillar, collide
 from mjx_inertia.objects import load_catalogue
-from mjx_inertia.robots import Arm, baxter
+from mjx_inertia.robots import Robot, baxter, with_payload
 from mjx_inertia.spatial import InertialParameters, Pose
 
 IMPACT = 37  # of 50 waypoints: at 1.5 s of 2 s, as in the thesis
@@ -66,7 +65,7 @@ def ring_settings(count: int, seed: int) -> list[InertialParameters]:
     return bodies
 
 
-def tensor_motion(arm: Arm) -> tuple[GraspMotion, Pose]:
+def tensor_motion(arm: Robot) -> tuple[GraspMotion, Pose]:
     """The handle points at the robot, and the hand along it."""
     upended = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     hand = Pose(jnp.diag(jnp.array([1.0, -1.0, -1.0])), jnp.array([0.0, 0.0, HANDLE]))
@@ -75,7 +74,7 @@ def tensor_motion(arm: Arm) -> tuple[GraspMotion, Pose]:
     return jax.jit(lambda hand: plan_motion(arm, hand, path))(hand), hand
 
 
-def book_motions(arm: Arm) -> tuple[InertialParameters, GraspMotion, Pose]:
+def book_motions(arm: Robot) -> tuple[InertialParameters, GraspMotion, Pose]:
     """The book on its long edge, spine up and along y, held from above."""
     book = load_catalogue("book")["book"]
     body = jax.tree.map(np.asarray, book.inertial)
@@ -91,10 +90,10 @@ def book_motions(arm: Arm) -> tuple[InertialParameters, GraspMotion, Pose]:
 
 
 def run(
-    arm: Arm, body: InertialParameters, motion: GraspMotion, hand: Pose
+    arm: Robot, body: InertialParameters, motion: GraspMotion, hand: Pose
 ) -> tuple[np.ndarray, dict[str, Collision]]:
     """Effective mass along the way, and what each obstacle felt."""
-    held = with_payload(arm, body, hand.inverse().to_se3())
+    held = with_payload(arm, body, hand.inverse())
     mass = np.asarray(signals_along_path(held, motion).effective_mass)
     found = {name: collide(held, motion, what, IMPACT) for name, what in OBSTACLES.items()}
     return mass, found

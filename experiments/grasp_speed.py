@@ -48,7 +48,7 @@ from mjx_inertia.grasping import (
     object_path,
     plan_motion,
 )
-from mjx_inertia.robots import Arm, baxter, over_states
+from mjx_inertia.robots import Robot, baxter, over_states
 from mjx_inertia.spatial import InertialParameters, Pose
 
 NAMES = ("effort", "effective_mass", "inverse_manipulability")
@@ -72,7 +72,7 @@ class Options:
 class Problem:
     """Grasps whose joint motions are known, on the host."""
 
-    arm: Arm  # without the object
+    arm: Robot  # without the object
     payload: InertialParameters  # of the object, in its own frame
     hands: Pose  # T_obj_hand of n grasps
     motion: GraspMotion  # of each
@@ -115,7 +115,7 @@ def timed(run: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - start, result
 
 
-def planned(arm: Arm, count: int, waypoints: int) -> tuple[Problem, dict[str, float]]:
+def planned(arm: Robot, count: int, waypoints: int) -> tuple[Problem, dict[str, float]]:
     """The grasps with their joint motions, and what planning took."""
     body, hands = payload(), random_hands(count, seed=0)
     path = object_path(TASK, Pose(np.eye(3), PLACE), body.com, waypoints)
@@ -132,7 +132,7 @@ def planned(arm: Arm, count: int, waypoints: int) -> tuple[Problem, dict[str, fl
     }
 
 
-def our_costs(arm: Arm, waypoints: int) -> Callable[..., Any]:
+def our_costs(arm: Robot, waypoints: int) -> Callable[..., Any]:
     """The metrics of all grasps, as a function of payload, hands and motions."""
 
     def run(body: InertialParameters, hands: Pose, motion: GraspMotion) -> Float[jax.Array, "n 3"]:
@@ -160,7 +160,7 @@ def ours(problem: Problem, *, float64: bool) -> tuple[Callable[[], Float[ndarray
 # --- the rival ------------------------------------------------------------------------------------
 
 
-def pinocchio_model(arm: Arm) -> tuple[pinocchio.Model, int]:
+def pinocchio_model(arm: Robot) -> tuple[pinocchio.Model, int]:
     """The arm as Pinocchio sees it, and the number of the hand's frame."""
     model, parent = pinocchio.Model(), 0
     model.gravity.linear = np.asarray(arm.gravity)
@@ -177,7 +177,7 @@ def pinocchio_model(arm: Arm) -> tuple[pinocchio.Model, int]:
         place = pinocchio.SE3.Identity()
         model.appendBodyToJoint(parent, body, place)
     model.armature = np.asarray(arm.armature)
-    hand = pinocchio.SE3(*_of(arm.T_link_hand))
+    hand = pinocchio.SE3(*_of(arm.T_link_hand[0]))
     frame = pinocchio.Frame("hand", parent, hand, pinocchio.FrameType.OP_FRAME)
     return model, model.addFrame(frame)
 
@@ -195,7 +195,7 @@ class Worker:
         self.model = self.pool.getModels()[0]  # what it carries is changed grasp by grasp
         self.data = self.model.createData()
         self.bare = self.model.inertias[model.njoints - 1].copy()
-        self.hand = pinocchio.SE3(*_of(problem.arm.T_link_hand))
+        self.hand = pinocchio.SE3(*_of(problem.arm.T_link_hand[0]))
         body = problem.payload
         self.payload = pinocchio.Inertia(float(body.mass), body.com, body.inertia)
         self.hands, self.motion = problem.hands, problem.motion

@@ -46,7 +46,6 @@ from mjx_inertia.grasping import (
     regret,
     sample_grasps,
     sampled_cost,
-    with_payload,
 )
 from mjx_inertia.objects import (
     ObjectModel,
@@ -65,7 +64,7 @@ from mjx_inertia.pushing import (
     plan_polygons,
     simulate,
 )
-from mjx_inertia.robots import Arm, baxter, inverse_dynamics, over_states
+from mjx_inertia.robots import Robot, baxter, inverse_dynamics, over_states, with_payload
 from mjx_inertia.spatial import (
     InertialParameters,
     PlanarInertia,
@@ -187,7 +186,7 @@ def shape_of(obj: ObjectModel) -> ShapeEstimate:
     return ShapeEstimate(theta, np.diag(std**2), reference, 1.0, TriangleMesh(vertices, faces))
 
 
-def effort_of(arm: Arm, hands: Pose, found: GraspCosts) -> tuple[Cost, Callable[..., Array]]:
+def effort_of(arm: Robot, hands: Pose, found: GraspCosts) -> tuple[Cost, Callable[..., Array]]:
     """Effort and torque of every grasp as functions of the payload, its motion being planned.
 
     Torque is affine in the ten parameters (Atkeson, An and Hollerbach 1986), so its square summed
@@ -198,7 +197,7 @@ def effort_of(arm: Arm, hands: Pose, found: GraspCosts) -> tuple[Cost, Callable[
 
     def one(hand: Pose, q: Array, qd: Array, qdd: Array) -> tuple[Array, Array]:
         def torque(ten: Array) -> Array:
-            holding = with_payload(arm, from_ten_vector(ten), hand.inverse().to_se3())
+            holding = with_payload(arm, from_ten_vector(ten), hand.inverse())
             return jax.vmap(lambda *state: inverse_dynamics(holding, *state))(q, qd, qdd)
 
         slope = jax.jacfwd(torque)(start)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from beartype import beartype
 
-SCALAR = ("spatial.components", "spatial.small_cholesky", "robots.link_motion")
+SCALAR = ("spatial.components", "spatial.small_cholesky", "robots.links")
 
 
 def checked_modules() -> list[str]:

@@ -4,7 +4,6 @@ from mjx_inertia.grasping.augmented import (
     effective_mass as effective_mass,
     operational_dynamics as operational_dynamics,
     operational_inertia as operational_inertia,
-    with_payload as with_payload,
 )
 from mjx_inertia.grasping.contact_model import SoftFinger as SoftFinger
 from mjx_inertia.grasping.grasp import (

@@ -17,7 +17,7 @@ from mjx_inertia.grasping.sampler import SamplerSettings, sample_grasps
 from mjx_inertia.grasping.task_path import TASKS, object_path
 from mjx_inertia.objects import ObjectModel, import_object, load_catalogue
 from mjx_inertia.objects.catalogue.load import nearest
-from mjx_inertia.robots import Arm, baxter, load_arm, lwa4d
+from mjx_inertia.robots import Robot, baxter, load_robot, lwa4d
 from mjx_inertia.spatial import Pose
 
 # Default position of the object, m, in the arm's world frame.
@@ -91,7 +91,7 @@ def _run(given: argparse.Namespace) -> None:
     print(f"picture: {file}")
 
 
-def _arm(given: argparse.Namespace) -> tuple[Arm, tuple[float, ...], Gripper]:
+def _arm(given: argparse.Namespace) -> tuple[Robot, tuple[float, ...], Gripper]:
     """The arm, where the object stands, and the gripper."""
     jaw = given.gripper or ("baxter" if given.arm.startswith("baxter") else "jaw80")
     _check_choice("gripper", jaw, list(_GRIPPERS))
@@ -99,7 +99,7 @@ def _arm(given: argparse.Namespace) -> tuple[Arm, tuple[float, ...], Gripper]:
         if not given.end_effector:
             raise ValueError(f"--arm {given.arm}: a file needs --end-effector NAME beside it")
         tips = Pose(np.eye(3), np.array([0.0, 0.0, given.tips]))
-        arm = load_arm(given.arm, given.end_effector, T_hand=tips)
+        arm = load_robot(given.arm, given.end_effector, T_hand=tips)
         place = _in_front(arm)
     else:
         _check_choice("arm", given.arm, list(_PLACES))
@@ -112,10 +112,10 @@ def _arm(given: argparse.Namespace) -> tuple[Arm, tuple[float, ...], Gripper]:
     return arm, tuple(given.place or place), _GRIPPERS[jaw]
 
 
-def _in_front(arm: Arm) -> tuple[float, ...]:
+def _in_front(arm: Robot) -> tuple[float, ...]:
     """On the level of the base, along its x, at a share of the arm's length."""
     steps = np.linalg.norm(np.asarray(arm.T_parent_joint.translation), axis=1)
-    length = steps[1:].sum() + np.linalg.norm(np.asarray(arm.T_link_hand.translation))
+    length = steps[1:].sum() + np.linalg.norm(np.asarray(arm.T_link_hand.translation[0]))
     place = arm.T_world_base.apply(np.array([_IN_FRONT * length, 0.0, 0.0]))
     return tuple(float(round(x, 3)) for x in np.asarray(place))
 

@@ -1,26 +1,21 @@
 """An object in the hand: the arm's joint-space and operational-space dynamics with a payload.
 
-In: an `Arm`, the object's `InertialParameters` and how the hand holds it, both of which may be
-traced. Out: the arm with that payload, whose mass matrix, bias forces and torques are then those of
-the augmented object (Khatib 1987), and what the hand feels of it. Redundant arms go through
-Λ = (J M⁻¹ Jᵀ)⁻¹ and the dynamically consistent inverse (errata 13). At a singular configuration Λ
-has no finite value.
-Operational quantities are at the hand's origin, or at another `point` (m) of the hand in its frame,
-in world axes; twists and wrenches are (linear, angular).
+In: an arm with its payload (`robots.with_payload`), whose mass matrix, bias forces and torques are
+those of the augmented object (Khatib 1987). Out: what the hand feels of it. Redundant arms go
+through Λ = (J M⁻¹ Jᵀ)⁻¹ and the dynamically consistent inverse (errata 13).
+Operational quantities are at the hand's origin, or at another point of the hand, in world axes;
+twists and wrenches are (linear, angular). At a singular configuration Λ has no finite value.
 """
 
 from collections.abc import Sequence
 
-import jax
 import jax.numpy as jnp
-import jaxlie
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.arm import Arm, check_joints
-from mjx_inertia.robots.chain import Frame, unstack
+from mjx_inertia.robots.links import Frame, joints_at, unstack
 from mjx_inertia.robots.recursions import (
-    composite_bodies,
+    composite_inertias,
     hand_point,
     jacobian_columns,
     jacobian_rate_twist,
@@ -28,11 +23,7 @@ from mjx_inertia.robots.recursions import (
     newton_euler,
     zeros,
 )
-from mjx_inertia.spatial import (
-    InertialParameters,
-    change_frame,
-    combine,
-)
+from mjx_inertia.robots.robot import Robot, check_joints
 from mjx_inertia.spatial.components import Component, components, minus, once, stacked
 from mjx_inertia.spatial.small_cholesky import (
     Row,
@@ -61,16 +52,8 @@ class OperationalDynamics:
     gravity: Float[Array, " r"]  # p = J̄ᵀ (gravity torque)
 
 
-def with_payload(arm: Arm, payload: InertialParameters, T_hand_obj: jaxlie.SE3) -> Arm:
-    """The arm that holds an object (`payload` in its own frame) beside what it held before."""
-    held = change_frame(payload, arm.T_link_hand.to_se3() @ T_hand_obj)
-    if arm.payload is not None:
-        held = combine(jax.tree.map(lambda *each: jnp.stack(each), arm.payload, held))
-    return arm.replace(payload=held)
-
-
 def operational_inertia(
-    arm: Arm,
+    arm: Robot,
     q: Float[Array, " n"],
     point: Float[Array, "3"] | None = None,
     *,
@@ -82,14 +65,15 @@ def operational_inertia(
     left block of Λ, which is that of a hand kept from turning.
     """
     check_joints(arm, q=q)
-    factor = factorize(composite_bodies(arm, unstack(q)))
-    rows = _rows(arm, link_frames(arm, unstack(q)), point, translation)
+    joints = joints_at(arm, unstack(q))
+    factor = factorize(composite_inertias(arm, joints).joints)
+    rows = _rows(arm, link_frames(arm, joints), point, translation)
     half = [solve_lower(factor, j) for j in rows]
     return stacked(inverse(factorize(_gram(half))), q.dtype)
 
 
 def effective_mass(
-    arm: Arm,
+    arm: Robot,
     q: Float[Array, " n"],
     direction: Float[Array, "3"],
     point: Float[Array, "3"] | None = None,
@@ -99,15 +83,16 @@ def effective_mass(
     `direction` is u, a unit vector in world axes (Khatib 1995; thesis Sec. 5.2).
     """
     check_joints(arm, q=q)
-    rows = _rows(arm, link_frames(arm, unstack(q)), point, translation=True)
+    joints = joints_at(arm, unstack(q))
+    rows = _rows(arm, link_frames(arm, joints), point, translation=True)
     u = components(direction)
     along = [once(inner(u, column)) for column in zip(*rows, strict=True)]
-    half = solve_lower(factorize(composite_bodies(arm, unstack(q))), along)
+    half = solve_lower(factorize(composite_inertias(arm, joints).joints), along)
     return jnp.asarray(1.0 / inner(half, half), q.dtype)
 
 
 def operational_dynamics(
-    arm: Arm,
+    arm: Robot,
     q: Float[Array, " n"],
     qd: Float[Array, " n"],
     point: Float[Array, "3"] | None = None,
@@ -119,9 +104,10 @@ def operational_dynamics(
     With `translation` of the translation alone (r = 3) rather than of the twist (r = 6).
     """
     check_joints(arm, q=q, qd=qd)
-    frames = link_frames(arm, unstack(q))
+    joints = joints_at(arm, unstack(q))
+    frames = link_frames(arm, joints)
     rows = _rows(arm, frames, point, translation)
-    factor = factorize(composite_bodies(arm, unstack(q)))
+    factor = factorize(composite_inertias(arm, joints).joints)
     half = [solve_lower(factor, j) for j in rows]
     inertia = inverse(factorize(_gram(half)))
     # J̄ᵀ = Λ J M⁻¹, with J M⁻¹ from the halves L⁻¹ Jᵀ that are there
@@ -130,9 +116,9 @@ def operational_dynamics(
         [once(inner(line, column)) for line in inertia] for column in zip(*responses, strict=True)
     ]
     # joint torques of gravity, and of gravity with Coriolis forces
-    weight = newton_euler(arm, unstack(q), zeros(arm), zeros(arm))
-    bias = newton_euler(arm, unstack(q), unstack(qd), zeros(arm))
-    columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
+    weight = newton_euler(arm, joints, zeros(arm), zeros(arm)).joints
+    bias = newton_euler(arm, joints, unstack(qd), zeros(arm)).joints
+    columns = jacobian_columns(arm, frames, hand_point(arm, frames, point))
     linear, angular = jacobian_rate_twist(columns, unstack(qd))
     drift = [*linear, *angular][: len(rows)]
     # μ = J̄ᵀ (bias - weight) - Λ J̇ q̇
@@ -150,9 +136,9 @@ def operational_dynamics(
     )
 
 
-def _rows(arm: Arm, frames: list[Frame], point: Point, translation: bool) -> Sequence[Row]:
+def _rows(arm: Robot, frames: list[Frame], point: Point, translation: bool) -> Sequence[Row]:
     """The hand's Jacobian."""
-    columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
+    columns = jacobian_columns(arm, frames, hand_point(arm, frames, point))
     rows = zip(*((*linear, *angular) for linear, angular in columns), strict=True)
     return list(rows)[: 3 if translation else 6]
 

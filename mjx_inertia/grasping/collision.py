@@ -1,6 +1,6 @@
 """An arm that runs into something on its way, carried out in MuJoCo.
 
-In: an `Arm` with its payload, a planned `GraspMotion`, an obstacle. Out: the contact force over
+In: a `Robot` with its payload, a planned `GraspMotion`, an obstacle. Out: the contact force over
 time. The arm follows its motion under computed-torque control, which knows the payload; a small
 ball at the hand is what hits. The force of a compliant collision is what effective mass is about:
 of a mass m at speed v against a spring k it is at most v √(k m).
@@ -16,7 +16,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.grasping.motion import GraspMotion
-from mjx_inertia.robots import Arm, arm_spec
+from mjx_inertia.robots import Robot, robot_spec
 
 _BUMPER = 0.01  # m, radius of the ball at the hand
 # time constant (s) and damping ratio of the contact itself, and its impedance, as near rigid as the
@@ -74,7 +74,7 @@ class ControlSettings:
 
 
 def collide(
-    arm: Arm,
+    arm: Robot,
     motion: GraspMotion,
     obstacle: Pillar | Bottle,
     waypoint: int,
@@ -100,9 +100,9 @@ def collide(
 
 
 def _model(
-    arm: Arm, q: Float[ndarray, " n"], direction: Float[ndarray, "3"], obstacle: Pillar | Bottle
+    arm: Robot, q: Float[ndarray, " n"], direction: Float[ndarray, "3"], obstacle: Pillar | Bottle
 ) -> mujoco.MjModel:
-    spec = arm_spec(arm)
+    spec = robot_spec(arm)
     spec.option.timestep = 1.0 / _RATE
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     for geom in spec.geoms:

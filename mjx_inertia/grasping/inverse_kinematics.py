@@ -1,6 +1,6 @@
 """Joint positions that bring the hand to a pose, and joint motions that carry it along a path.
 
-In: an `Arm`, the hand's pose or its path as a function of s. Out: joint positions, with derivatives
+In: a `Robot`, its hand's pose or path as a function of s. Out: joint positions, with derivatives
 in s along a path. Redundancy is resolved by one criterion for each question: where to start, by the
 distance from the joints' limits; along the path, by the least joint speed at every instant
 (q' = Jᵀ (J Jᵀ)⁻¹ ξ), whose derivatives are exact. Written for one grasp.
@@ -17,8 +17,8 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from scipy.stats import qmc
 
-from mjx_inertia.robots import Arm
-from mjx_inertia.robots.chain import Frame, unstack
+from mjx_inertia.robots import Robot
+from mjx_inertia.robots.links import Frame, joints_at, unstack
 from mjx_inertia.robots.recursions import Row, hand_frame, jacobian_columns, link_frames
 from mjx_inertia.spatial import Pose
 from mjx_inertia.spatial.components import (
@@ -70,7 +70,7 @@ class JointPath:
     conditioning: Float[Array, " k"]  # √(det J Jᵀ), translations over 0.1 m
 
 
-def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
+def reach(arm: Robot, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
     """Joint positions at which the hand is at the first of some poses, or as near as was found.
 
     `stops` are poses T_world_hand with one leading axis: where the hand sets out, and where it must
@@ -108,7 +108,7 @@ def reach(arm: Arm, stops: Pose, settings: ReachSettings) -> Float[Array, " n"]:
 
 
 def _search(
-    arm: Arm,
+    arm: Robot,
     q: Float[Array, " n"],
     stop: Pose,
     shares: Float[Array, " i"],
@@ -146,7 +146,7 @@ def _search(
 
 
 def follow_path(
-    arm: Arm,
+    arm: Robot,
     q: Float[Array, " n"],
     hand: HandPath,
     move: Int[Array, " k"],
@@ -208,7 +208,7 @@ def pose_error(wanted: Frame, found: Frame) -> Row:
     return once((*offset, *scale(once(angle / sine), axis)))
 
 
-def conditioning(arm: Arm, q: Float[Array, " n"]) -> Float[Array, ""]:
+def conditioning(arm: Robot, q: Float[Array, " n"]) -> Float[Array, ""]:
     """√(det J Jᵀ), translations over 0.1 m: zero at a singular configuration (Yoshikawa 1985)."""
     return _conditioning(_hand(arm, unstack(q))[1])
 
@@ -219,10 +219,10 @@ def _conditioning(rows: Rows) -> Float[Array, ""]:
     return jnp.nan_to_num(1.0 / product, nan=0.0, posinf=0.0)
 
 
-def _hand(arm: Arm, q: Row) -> tuple[Frame, Rows]:
+def _hand(arm: Robot, q: Row) -> tuple[Frame, Rows]:
     """The hand in the world, and the rows of its Jacobian, translations over 0.1 m."""
-    frames = link_frames(arm, q)
-    hand = hand_frame(arm, frames[-1])
+    frames = link_frames(arm, joints_at(arm, q))
+    hand = hand_frame(arm, frames)
     columns = [_scaled((*v, *w)) for v, w in jacobian_columns(arm, frames, hand.origin)]
     return hand, list(zip(*columns, strict=True))
 
@@ -236,7 +236,7 @@ def _along(q: Row, length: Component, direction: Row) -> Row:
     return tuple(once(x + length * d) for x, d in zip(q, direction, strict=True))
 
 
-def _joint_slope(arm: Arm, q: Row, scaled: Row) -> Row:
+def _joint_slope(arm: Robot, q: Row, scaled: Row) -> Row:
     """Joint speeds of least norm that give the hand a twist: Jᵀ (J Jᵀ)⁻¹ ξ."""
     return _least_squares(_hand(arm, q)[1], scaled, _TINY)
 
@@ -256,7 +256,7 @@ def _gram(rows: Rows, damping: float | Array) -> list[list]:
     return gram
 
 
-def _finite_limits(arm: Arm) -> tuple[np.ndarray, np.ndarray]:
+def _finite_limits(arm: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Limits of the joints, half a turn to both sides where there are none."""
     low, high = np.asarray(arm.lower, float), np.asarray(arm.upper, float)
     return np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)

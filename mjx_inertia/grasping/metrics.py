@@ -1,6 +1,6 @@
 """What a grasp costs along a task: effort, safety, dexterity, limits, work.
 
-In: an `Arm` with its payload (`with_payload`) and a `GraspMotion`. Out: a number for one grasp;
+In: a `Robot` with its payload (`with_payload`) and a `GraspMotion`. Out: a number for one grasp;
 lower is better. `METRICS` names them. All are smooth where the motion is, so they have gradients in
 the grasp and in the payload.
 """
@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.grasping.augmented import effective_mass
 from mjx_inertia.grasping.motion import GraspMotion
-from mjx_inertia.robots import Arm, hand_jacobian, inverse_dynamics
+from mjx_inertia.robots import Robot, hand_jacobian, inverse_dynamics
 from mjx_inertia.spatial.components import components
 from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower
 
@@ -36,11 +36,11 @@ class AlongPath:
 
 _STILL = 1e-6  # m per unit of s: slower, the hand turns on the spot
 
-Metric = Callable[[Arm, GraspMotion, AlongPath], Float[Array, ""]]
+Metric = Callable[[Robot, GraspMotion, AlongPath], Float[Array, ""]]
 
 
 def state_signals(
-    arm: Arm,
+    arm: Robot,
     q: Float[Array, " n"],
     qd: Float[Array, " n"],
     qdd: Float[Array, " n"],
@@ -54,7 +54,7 @@ def state_signals(
     )
 
 
-def signals_along_path(arm: Arm, motion: GraspMotion) -> AlongPath:
+def signals_along_path(arm: Robot, motion: GraspMotion) -> AlongPath:
     """The signals at every waypoint of a motion."""
     linear = motion.tangent[:, :3]
     length = jnp.sqrt(jnp.maximum(jnp.sum(linear**2, -1, keepdims=True), 1e-30))
@@ -72,7 +72,7 @@ def signals_along_path(arm: Arm, motion: GraspMotion) -> AlongPath:
 
 
 def velocity_manipulability(
-    arm: Arm, q: Float[Array, " n"], direction: Float[Array, "3"]
+    arm: Robot, q: Float[Array, " n"], direction: Float[Array, "3"]
 ) -> Float[Array, ""]:
     """Square of the radius of the velocity ellipsoid, 1 / (uᵀ (J_v J_vᵀ)⁻¹ u); errata 18.
 
@@ -84,32 +84,32 @@ def velocity_manipulability(
     return jnp.asarray(1.0 / inner(half, half), q.dtype)
 
 
-def effort(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+def effort(arm: Robot, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
     """√Σ|τ(t_i)|², N m (thesis Eq. 4.20)."""
     return jnp.sqrt(jnp.sum(signals.torque**2))
 
 
-def torque_energy(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+def torque_energy(arm: Robot, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
     """H_TME = ∫|τ|² ds, (N m)² (thesis Eq. 6.6)."""
     return jnp.sum(motion.weight * jnp.sum(signals.torque**2, -1))
 
 
-def mean_effective_mass(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+def mean_effective_mass(arm: Robot, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
     """H_TEM = ∫ m_e ds, kg (thesis Eq. 6.8)."""
     return jnp.sum(motion.weight * signals.effective_mass)
 
 
-def inverse_manipulability(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+def inverse_manipulability(arm: Robot, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
     """1 / H_TOV with H_TOV = ∫ a² ds, 1/m² (thesis Eq. 6.4; errata 18)."""
     return 1.0 / jnp.sum(motion.weight * signals.manipulability)
 
 
-def peak_torque(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+def peak_torque(arm: Robot, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
     """Greatest torque of any joint as a share of its limit."""
     return jnp.max(jnp.abs(signals.torque) / jnp.asarray(arm.torque_limit))
 
 
-def work(arm: Arm, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
+def work(arm: Robot, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:
     """Mechanical work of the joints, ∫Σ|τ q̇| dt, J: what drives that do not recover it spend."""
     power = jnp.sum(jnp.abs(signals.torque * motion.qd), -1)
     return jnp.sum(0.5 * (power[1:] + power[:-1]) * jnp.diff(motion.time))

@@ -1,6 +1,6 @@
 """What the joints do while a grasped object follows its path, and whether the arm can do it.
 
-In: an `Arm`, the hand in the object's frame, an `ObjectPath`. Out: `GraspMotion` and a status. A
+In: a `Robot`, the hand in the object's frame, an `ObjectPath`. Out: `GraspMotion` and a status. A
 grasp that fails does not affect the others of a batch. Written for one grasp.
 """
 
@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.grasping.inverse_kinematics import JointPath, ReachSettings, follow_path, reach
 from mjx_inertia.grasping.task_path import ObjectPath, moving_frame_twist, object_pose_at
-from mjx_inertia.robots import Arm
+from mjx_inertia.robots import Robot
 from mjx_inertia.spatial import Pose
 
 
@@ -65,7 +65,7 @@ def hand_path(
 
 
 def plan_motion(
-    arm: Arm, T_obj_hand: Pose, path: ObjectPath, settings: ReachSettings | None = None
+    arm: Robot, T_obj_hand: Pose, path: ObjectPath, settings: ReachSettings | None = None
 ) -> GraspMotion:
     """The motion of least joint speed, from the start that stays farthest from the joint limits."""
     chosen = settings or ReachSettings()
@@ -102,7 +102,7 @@ def quadrature(path: ObjectPath) -> Float[Array, " k"]:
 
 
 def motion_status(
-    arm: Arm, motion: GraspMotion, torque: Float[Array, "k n"], settings: ReachSettings
+    arm: Robot, motion: GraspMotion, torque: Float[Array, "k n"], settings: ReachSettings
 ) -> Int[Array, ""]:
     """`GraspStatus` of a motion with the joint torques (N m) along it."""
     tolerance = jnp.array([settings.position_tolerance, settings.angle_tolerance])

@@ -26,7 +26,7 @@ from mjx_inertia.grasping.ranking import UNITS, GraspRanking
 from mjx_inertia.grasping.task_path import ObjectPath, object_pose_at
 from mjx_inertia.objects import ObjectModel
 from mjx_inertia.objects.picture import View, draw_meshes
-from mjx_inertia.robots import Arm, hand_pose, link_poses
+from mjx_inertia.robots import Robot, hand_pose, link_poses
 from mjx_inertia.spatial import Pose
 
 _UNTOUCHED = (0.80, 0.80, 0.80)
@@ -41,7 +41,7 @@ def picture_of(
     ranking: GraspRanking,
     obj: ObjectModel,
     gripper: Gripper,
-    arm: Arm,
+    arm: Robot,
     path: ObjectPath,
     *,
     metric: str = "effort",
@@ -140,7 +140,7 @@ def _joined(meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:
 
 
 def arm_meshes(
-    arm: Arm, q: Float[ndarray, " n"], hand_length: float, thickness: float = 0.05
+    arm: Robot, q: Float[ndarray, " n"], hand_length: float, thickness: float = 0.05
 ) -> list[trimesh.Trimesh]:
     """Rods from joint to joint, thinner towards the hand, with balls at the joints; world frame.
 
@@ -166,7 +166,7 @@ def _draw_arm(
     ranking: GraspRanking,
     obj: ObjectModel,
     gripper: Gripper,
-    arm: Arm,
+    arm: Robot,
     path: ObjectPath,
 ) -> None:
     row = int(ranking.order[0])

@@ -1,6 +1,6 @@
 """What many grasps of one object cost for one task, and which to take.
 
-In: an `Arm`, a payload, grasps or hands in the object's frame (leading axis n), an `ObjectPath`.
+In: an `Robot`, a payload, grasps or hands in the object's frame (leading axis n), an `ObjectPath`.
 Out: `GraspCosts`, a table of metrics with a status on each row, computed in one compiled program;
 `GraspRanking` with the force that holds the object, the Pareto set, and why the others are out; the
 same as text.
@@ -18,7 +18,6 @@ from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
 from mjx_inertia.command import aligned
-from mjx_inertia.grasping.augmented import with_payload
 from mjx_inertia.grasping.contact_model import SoftFinger
 from mjx_inertia.grasping.grasp import Grasp, Gripper
 from mjx_inertia.grasping.holding import greatest_gripping_force
@@ -27,7 +26,7 @@ from mjx_inertia.grasping.metrics import METRICS, AlongPath, signals_along_path
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, motion_status, plan_motion
 from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.pareto import pareto_set
-from mjx_inertia.robots import Arm, over_states
+from mjx_inertia.robots import Robot, over_states, with_payload
 from mjx_inertia.spatial import Consistency, InertialParameters, Pose, check_consistency
 
 FORCE = "gripping_force"
@@ -59,7 +58,7 @@ class GraspCosts:
 
 
 def grasp_costs(
-    arm: Arm,
+    arm: Robot,
     payload: InertialParameters,
     T_obj_hand: Pose,
     motion: GraspMotion,
@@ -71,7 +70,7 @@ def grasp_costs(
     The arm is without the object, `payload` in the object's own frame; other arguments as for
     `evaluate_grasps`.
     """
-    holding = with_payload(arm, payload, T_obj_hand.inverse().to_se3())
+    holding = with_payload(arm, payload, T_obj_hand.inverse())
     signals = signals_along_path(holding, motion)
     costs = jnp.stack([METRICS[name](holding, motion, signals) for name in metrics])
     status = motion_status(arm, motion, signals.torque, settings or ReachSettings())
@@ -80,7 +79,7 @@ def grasp_costs(
 
 
 def evaluate_grasps(
-    arm: Arm,
+    arm: Robot,
     payload: InertialParameters,
     T_obj_hand: Pose,
     path: ObjectPath,
@@ -146,7 +145,7 @@ def hands_of(grasps: Grasp, gripper: Gripper) -> Pose:
 
 
 def rank_grasps(
-    arm: Arm,
+    arm: Robot,
     payload: InertialParameters,
     grasps: Grasp,
     gripper: Gripper,
@@ -210,7 +209,7 @@ def ranking_table(ranking: GraspRanking, rows: int = 10) -> str:
 class _Key:
     """An arm by its values, so that one compiled program serves equal arms."""
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Robot) -> None:
         self.arm = arm
         leaves, structure = jax.tree.flatten(arm)
         self._value = (str(structure), tuple(np.asarray(leaf).tobytes() for leaf in leaves))

@@ -1,8 +1,7 @@
-"""A robot file as a tree of links, and the arm that one path through it makes.
+"""A robot file as a tree of links.
 
-In: `LinkTree` from `urdf_file.py` or `mjcf_file.py`. Out: `Arm`. Fixed links join those that they
-are fixed to. Joints beside the path (fingers, a second arm further out) are held at their reference
-position, and what they carry joins the link of the path that they hang on.
+In: what `mjcf_file.py` or `urdf_file.py` reads. Out: `LinkTree`, poses of its links while joints
+are held, and the links as bodies with all that is fixed to them.
 """
 
 import dataclasses
@@ -12,16 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.robots.arm import Arm
-from mjx_inertia.robots.rigid_links import (
-    exact_pose,
-    merge_links,
-    stacked_links,
-    transform_parameters,
-)
+from mjx_inertia.robots.rigid_links import exact_pose, merge_links, transform_parameters
 from mjx_inertia.spatial import InertialParameters, Pose
-
-KINDS = ("revolute", "prismatic")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,40 +56,6 @@ class LinkTree:
     gravity: Float[ndarray, "3"]  # m/s², in the world
 
 
-def arm_on_path(tree: LinkTree, end_effector: str, base: str | None, T_hand: Pose) -> Arm:
-    """The arm from `base` (the root if None) to a named frame.
-
-    Raises:
-      ValueError: a name that the file does not know, a path without joints, a joint that an arm
-        cannot have, or a moving link without inertia; each by its name.
-    """
-    end, T_end = named_frame(tree, "end_effector", end_effector)
-    moving = _moving_joints(tree, end, end_effector, base)
-    owner = owners(tree, moving)
-    joints = [joint for i in moving if (joint := tree.links[i].joint)]
-    befores = [tree.links[moving[0]].parent, *moving]
-    poses = [pose_at_zero(tree, i, before) for before, i in zip(befores, moving, strict=False)]
-    return Arm(
-        T_world_base=held_pose(tree, befores[0]),
-        T_parent_joint=Pose(
-            np.stack([p.rotation for p in poses]), np.stack([p.translation for p in poses])
-        ),
-        axis=np.stack([j.axis for j in joints]),
-        links=stacked_links([carried_by(tree, i, owner) for i in moving]),
-        armature=np.array([j.armature for j in joints]),
-        lower=np.array([j.lower for j in joints]),
-        upper=np.array([j.upper for j in joints]),
-        velocity_limit=np.array([j.velocity for j in joints]),
-        torque_limit=np.array([j.torque for j in joints]),
-        T_link_hand=_tidy(held_pose(tree, end, moving[-1]) @ T_end @ T_hand),
-        gravity=tree.gravity,
-        prismatic=tuple(j.kind == "prismatic" for j in joints),
-        name=tree.name,
-        joint_names=tuple(j.name for j in joints),
-        note=_note(tree, owner, moving),
-    )
-
-
 def named_frame(tree: LinkTree, argument: str, name: str) -> tuple[int, Pose]:
     """The link of a named frame, and the frame in it.
 
@@ -115,39 +72,13 @@ def named_frame(tree: LinkTree, argument: str, name: str) -> tuple[int, Pose]:
     )
 
 
-def _moving_joints(tree: LinkTree, end: int, end_effector: str, base: str | None) -> list[int]:
-    """Links that joints between `base` and the end effector move, from the base on."""
-    start = -1 if base is None else named_frame(tree, "base", base)[0]
-    path, i = [], end
-    while i not in (start, -1):
-        path.append(i)
-        i = tree.links[i].parent
-    if i != start:
-        raise ValueError(
-            f"{tree.path}: `base` {base!r} is not before {end_effector!r} on its path; "
-            f"before it are {', '.join(tree.links[k].name for k in reversed(path))}"
-        )
-    moving = [k for k in reversed(path) if tree.links[k].joint is not None]
-    if not moving:
-        raise ValueError(f"{tree.path}: no joint moves {end_effector!r}; choose another frame")
-    for k in moving:
-        _check_joint(tree, tree.links[k].joint)
-    return moving
-
-
-def _check_joint(tree: LinkTree, joint: TreeJoint | None) -> None:
-    if joint is None:
-        return
-    if joint.kind not in KINDS:
-        raise ValueError(
-            f"{tree.path}: joint {joint.name!r} on the path is {joint.kind}, and an arm has "
-            "revolute and prismatic joints; give a `base` behind it"
-        )
-    if joint.coupled:
-        raise ValueError(
-            f"{tree.path}: joint {joint.name!r} on the path is coupled to others by "
-            f"{joint.coupled}, which an arm of independent joints cannot follow"
-        )
+def ancestors_of(tree: LinkTree, k: int) -> list[int]:
+    """A link and those before it, out to the root."""
+    path = []
+    while k >= 0:
+        path.append(k)
+        k = tree.links[k].parent
+    return path
 
 
 def owners(tree: LinkTree, moving: list[int]) -> list[int]:
@@ -164,12 +95,12 @@ def held_pose(tree: LinkTree, k: int, ancestor: int = -1) -> Pose:
     while k != ancestor:
         T = tree.links[k].T_parent_held @ T
         k = tree.links[k].parent
-    return _tidy(T)
+    return tidy_pose(T)
 
 
 def pose_at_zero(tree: LinkTree, k: int, ancestor: int) -> Pose:
     """Link k in a link before it, with its own joint at zero and those on the way held."""
-    return _tidy(held_pose(tree, tree.links[k].parent, ancestor) @ tree.links[k].T_parent_zero)
+    return tidy_pose(held_pose(tree, tree.links[k].parent, ancestor) @ tree.links[k].T_parent_zero)
 
 
 def carried_by(tree: LinkTree, i: int, owner: list[int]) -> InertialParameters:
@@ -188,16 +119,6 @@ def carried_by(tree: LinkTree, i: int, owner: list[int]) -> InertialParameters:
     return whole
 
 
-def _note(tree: LinkTree, owner: list[int], moving: list[int]) -> str:
-    held = [
-        entry.joint.name
-        for k, entry in enumerate(tree.links)
-        if entry.joint is not None and owner[k] >= 0 and k not in moving
-    ]
-    if not held:
-        return f"From {tree.path}."
-    return f"From {tree.path}; held at their reference position: {', '.join(held)}."
-
-
-def _tidy(T: Pose) -> Pose:
+def tidy_pose(T: Pose) -> Pose:
+    """The same pose in NumPy, with right angles made exact."""
     return exact_pose(np.asarray(T.rotation), np.asarray(T.translation))

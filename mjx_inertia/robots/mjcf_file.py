@@ -2,7 +2,7 @@
 
 In: a path. Out: `LinkTree`. A link's frame has the axes of its body and its origin at the joint; a
 body with several joints becomes as many links. MuJoCo's `ref` is taken into account: joint
-positions are MuJoCo's. Damping, friction and gravity compensation are not an arm's.
+positions are MuJoCo's. Damping, friction and gravity compensation are left out.
 """
 
 from pathlib import Path

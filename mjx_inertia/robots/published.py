@@ -1,7 +1,7 @@
 """Arms with published figures: Rethink Baxter and Schunk LWA4D.
 
-In: which side, hand and set of inertias. Out: `Arm`, in double precision. The figures and their
-sources are in `baxter.yaml` and `lwa4d.yaml`; what is an estimate is said in `Arm.note`.
+In: which side, hand and set of inertias. Out: `Robot`, in double precision. The figures and their
+sources are in `baxter.yaml` and `lwa4d.yaml`; what is an estimate is said in `Robot.note`.
 """
 
 from importlib import resources
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import yaml
 
-from mjx_inertia.robots.arm import Arm
 from mjx_inertia.robots.rigid_links import (
     cuboid_parameters,
     link_parameters,
@@ -18,15 +17,17 @@ from mjx_inertia.robots.rigid_links import (
     printed_pose,
     shift,
     stacked_links,
+    stacked_poses,
     transform_parameters,
 )
+from mjx_inertia.robots.robot import BASE, Robot
 from mjx_inertia.spatial import InertialParameters, Pose
 
 _GRAVITY = (0.0, 0.0, -9.81)
 _UPPER = ("mass", "com", "inertia")
 
 
-def baxter(side: str = "left", hand: str = "electric_gripper") -> Arm:
+def baxter(side: str = "left", hand: str = "electric_gripper") -> Robot:
     """One arm of a Rethink Baxter; the world is the robot's torso frame.
 
     Args:
@@ -66,10 +67,10 @@ def baxter(side: str = "left", hand: str = "electric_gripper") -> Arm:
     )
 
 
-def lwa4d(inertia: str = "mesh_estimate", hand: str = "flange") -> Arm:
+def lwa4d(inertia: str = "mesh_estimate", hand: str = "flange") -> Robot:
     """A Schunk LWA4D with its base frame (`arm_base_link`) as the world.
 
-    Its link inertias are *not published*: both sets are estimates (see `Arm.note`).
+    Its link inertias are *not published*: both sets are estimates (see `Robot.note`).
 
     Args:
       inertia: "mesh_estimate": link meshes of uniform density with the module masses of the
@@ -161,16 +162,14 @@ def _arm(
     name: str,
     prefix: str,
     note: str,
-) -> Arm:
-    poses = [printed_pose(joint["xyz"], joint["rpy"]) for joint in joints]
-
+) -> Robot:
     def limit(key: str) -> np.ndarray:
         return np.array([joint["limits"][key] for joint in joints], np.float64)
 
-    return Arm(
+    return Robot(
         T_world_base=T_world_base,
-        T_parent_joint=Pose(
-            np.stack([p.rotation for p in poses]), np.stack([p.translation for p in poses])
+        T_parent_joint=stacked_poses(
+            [printed_pose(joint["xyz"], joint["rpy"]) for joint in joints]
         ),
         axis=np.array([joint["axis"] for joint in joints], np.float64),
         links=stacked_links(links),
@@ -179,8 +178,10 @@ def _arm(
         upper=limit("upper"),
         velocity_limit=limit("velocity"),
         torque_limit=limit("torque"),
-        T_link_hand=T_link_hand,
+        T_link_hand=stacked_poses([T_link_hand]),
         gravity=np.array(_GRAVITY),
+        parents=(BASE, *range(len(joints) - 1)),
+        hands=(len(joints) - 1,),
         prismatic=(False,) * len(joints),
         name=name,
         joint_names=tuple(prefix + joint["name"] for joint in joints),

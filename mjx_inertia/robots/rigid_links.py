@@ -75,10 +75,13 @@ def cuboid_parameters(
 
 
 def transform_parameters(params: InertialParameters, T_new_old: Pose) -> InertialParameters:
-    """The body in frame `new`."""
+    """The body in frame `new`, in the arrays of its figures: NumPy's, or traced ones."""
     turn = T_new_old.rotation
-    inertia = turn @ params.inertia @ turn.T
-    return float64_parameters(params.mass, T_new_old.apply(params.com), inertia)
+    # R I Rᵀ as sums of products, because a GPU rounds the factors of a matrix product in float32
+    half = (turn[:, :, None] * params.inertia).sum(1)
+    inertia = (half[:, None] * turn).sum(-1)
+    com = cast(jax.Array, T_new_old.apply(params.com))
+    return InertialParameters(params.mass, com, inertia)
 
 
 def merge_links(bodies: Sequence[InertialParameters]) -> InertialParameters:
@@ -89,6 +92,12 @@ def merge_links(bodies: Sequence[InertialParameters]) -> InertialParameters:
         return bodies[0]
     with jax.enable_x64(True):
         return jax.tree.map(np.asarray, combine(stacked_links(bodies)))
+
+
+def stacked_poses(poses: Sequence[Pose]) -> Pose:
+    """Poses with one leading axis."""
+    rotation = np.stack([np.asarray(T.rotation) for T in poses])
+    return Pose(rotation, np.stack([np.asarray(T.translation) for T in poses]))
 
 
 def stacked_links(links: Sequence[InertialParameters]) -> InertialParameters:

@@ -15,7 +15,7 @@ from mjx_inertia.spatial import InertialParameters, Pose
 
 _GRAVITY = (0.0, 0.0, -9.81)
 _UPPER = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
+_KINDS = {"continuous": "revolute", "floating": "free"}  # names of our own
 
 
 def read_urdf_links(path: Path, root: ET.Element) -> LinkTree:

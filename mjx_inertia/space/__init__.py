@@ -12,6 +12,7 @@ from mjx_inertia.space.arms_on_base import (
     servicer_capture as servicer_capture,
     with_arms as with_arms,
 )
+from mjx_inertia.space.capture import Capture as Capture, with_capture as with_capture
 from mjx_inertia.space.closure import (
     close_chain as close_chain,
     closed_chain_motion as closed_chain_motion,
@@ -23,6 +24,15 @@ from mjx_inertia.space.default_manoeuvres import (
     planar_manoeuvre as planar_manoeuvre,
     planar_pose as planar_pose,
     servicer_manoeuvre as servicer_manoeuvre,
+)
+from mjx_inertia.space.dual_arm import (
+    ObjectDynamics as ObjectDynamics,
+    distribute_wrench as distribute_wrench,
+    dual_arm_grasp_map as dual_arm_grasp_map,
+    hand_wrenches as hand_wrenches,
+    object_dynamics as object_dynamics,
+    object_to_joints as object_to_joints,
+    shared_load_torques as shared_load_torques,
 )
 from mjx_inertia.space.dynamics import (
     floating_base_forward_dynamics as floating_base_forward_dynamics,
@@ -42,13 +52,6 @@ from mjx_inertia.space.figures import (
     progress_figure as progress_figure,
 )
 from mjx_inertia.space.instant import Node as Node, node as node
-from mjx_inertia.space.load import load_space_robot as load_space_robot
-from mjx_inertia.space.load_sharing import (
-    distribute_wrench as distribute_wrench,
-    dual_arm_grasp_map as dual_arm_grasp_map,
-    hand_wrenches as hand_wrenches,
-    shared_load_torques as shared_load_torques,
-)
 from mjx_inertia.space.manoeuvre import (
     Course as Course,
     CourseStatus as CourseStatus,
@@ -62,16 +65,13 @@ from mjx_inertia.space.manoeuvre_planning import (
     end_configuration as end_configuration,
     plan_manoeuvre as plan_manoeuvre,
 )
-from mjx_inertia.space.mjcf import space_mjcf as space_mjcf, space_spec as space_spec
+from mjx_inertia.space.mjcf import capture_spec as capture_spec
 from mjx_inertia.space.mujoco_replay import (
+    Disagreement as Disagreement,
     Replay as Replay,
     ReplaySettings as ReplaySettings,
+    disagreement as disagreement,
     replay as replay,
-)
-from mjx_inertia.space.object_space_dynamics import (
-    ObjectDynamics as ObjectDynamics,
-    object_dynamics as object_dynamics,
-    object_to_joints as object_to_joints,
 )
 from mjx_inertia.space.objectives import (
     BASE_DRIFT as BASE_DRIFT,
@@ -90,11 +90,6 @@ from mjx_inertia.space.planar_model import (
     planar_capture as planar_capture,
     planar_robot as planar_robot,
 )
-from mjx_inertia.space.replay_error import (
-    Disagreement as Disagreement,
-    disagreement as disagreement,
-)
-from mjx_inertia.space.robot import BASE as BASE, Capture as Capture, SpaceRobot as SpaceRobot
 from mjx_inertia.space.trajectory import (
     BOUND as BOUND,
     JointMotion as JointMotion,

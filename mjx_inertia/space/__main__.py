@@ -24,9 +24,9 @@ from mjx_inertia.search import (
     toward,
 )
 from mjx_inertia.space.animation import save_animation
+from mjx_inertia.space.capture import MOMENTA
 from mjx_inertia.space.default_manoeuvres import START, TARGET, planar_manoeuvre
 from mjx_inertia.space.figures import fronts_figure, parallel_figure, path_figure
-from mjx_inertia.space.instant import MOMENTA
 from mjx_inertia.space.manoeuvre import Manoeuvre
 from mjx_inertia.space.manoeuvre_path import path
 from mjx_inertia.space.manoeuvre_planning import MOTIONS, ManoeuvreSettings

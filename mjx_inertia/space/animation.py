@@ -16,11 +16,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy import ndarray
 
-from mjx_inertia.robots.chain import joints_at, unstack
+from mjx_inertia.robots import BASE, Robot
+from mjx_inertia.robots.recursions import frames_at, hand_frame
 from mjx_inertia.space.manoeuvre import Manoeuvre
 from mjx_inertia.space.manoeuvre_path import Path
-from mjx_inertia.space.robot import BASE, SpaceRobot, pose_at_index
-from mjx_inertia.space.tree_recursions import frames, hand_frames
 from mjx_inertia.spatial import Pose
 from mjx_inertia.spatial.components import stacked
 
@@ -85,10 +84,7 @@ def _films(m: Manoeuvre, drawn: Path) -> list[list[Line]]:
     way = np.asarray(drawn.T_world_base.translation)
     films = []
     for k in range(len(way)):
-        T_world_base, T_world_obj = (
-            pose_at_index(drawn.T_world_base, k),
-            pose_at_index(drawn.T_world_obj, k),
-        )
+        T_world_base, T_world_obj = drawn.T_world_base[k], drawn.T_world_obj[k]
         lines: list[Line] = [
             (_apply(T_world_base, edge), {"color": _BASE, "lw": 2}) for edge in _box(robot)
         ]
@@ -101,12 +97,12 @@ def _films(m: Manoeuvre, drawn: Path) -> list[list[Line]]:
     return films
 
 
-def _link_lines(robot: SpaceRobot, q: Float[ndarray, "t n"]) -> list[Float[ndarray, "t 2 3"]]:
+def _link_lines(robot: Robot, q: Float[ndarray, "t n"]) -> list[Float[ndarray, "t 2 3"]]:
     """From each joint to those behind it and to the hands, in the base."""
 
     def places(q: Float[Array, " n"]) -> Float[Array, "p 3"]:
-        links = frames(robot, joints_at(robot, unstack(q)))
-        ends = [*links, *hand_frames(robot, links)]
+        links = frames_at(robot, q)
+        ends = [*links, *(hand_frame(robot, links, k) for k in range(len(robot.hands)))]
         return stacked([end.origin for end in ends], q.dtype)
 
     at = np.asarray(jax.jit(jax.vmap(places))(q))
@@ -115,7 +111,7 @@ def _link_lines(robot: SpaceRobot, q: Float[ndarray, "t n"]) -> list[Float[ndarr
     return [at[:, list(pair)] for pair in pairs]
 
 
-def _box(robot: SpaceRobot) -> list[Float[ndarray, "p 3"]]:
+def _box(robot: Robot) -> list[Float[ndarray, "p 3"]]:
     """Outline of the base from above, or its edges, in the base."""
     half = np.array(robot.base_size) / 2.0
     if robot.planar:
@@ -129,7 +125,7 @@ def _box(robot: SpaceRobot) -> list[Float[ndarray, "p 3"]]:
     ]
 
 
-def _ball(robot: SpaceRobot, radius: float) -> list[Float[ndarray, "p 3"]]:
+def _ball(robot: Robot, radius: float) -> list[Float[ndarray, "p 3"]]:
     """Circles around the object, and its x axis, in its frame."""
     angle = np.linspace(0.0, 2.0 * np.pi, 49)
     flat = radius * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], 1)

@@ -1,6 +1,6 @@
 """Space robots made of arms on a base, and a servicing satellite with two Schunk LWA4D.
 
-In: inertia of a base, two `robots.Arm`, where they are mounted. Out: `SpaceRobot`. The satellite
+In: inertia of a base, two arms on fixed bases, where they are mounted. Out: `Robot`. The satellite
 and the object it captures are of our making: a bus of a small servicer's size and mass, an object
 that no plane of symmetry makes easy.
 """
@@ -9,18 +9,20 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from mjx_inertia.robots import Arm, lwa4d
+from mjx_inertia.robots import BASE, Robot, lwa4d
+from mjx_inertia.robots.mjcf import SIDES
 from mjx_inertia.robots.rigid_links import (
     cuboid_parameters,
     float64_parameters,
     merge_links,
     pose,
     stacked_links,
+    stacked_poses,
 )
-from mjx_inertia.space.robot import BASE, Capture, SpaceRobot, pose_at_index, stacked_poses
+from mjx_inertia.robots.robot import joint_names
+from mjx_inertia.space.capture import Capture
 from mjx_inertia.spatial import InertialParameters, Pose
 
-SIDES = ("right", "left")
 _BUS_MASS, _BUS_EDGE = 150.0, 1.0  # kg, m
 _SHOULDER_Y = 0.35  # m
 _HALF_WIDTH = 0.25  # m: of the captured object, from its frame to each hand
@@ -34,10 +36,10 @@ SERVICER_LEADING = (0, 1, 2, 3, 4, 5, 6, 11)
 def with_arms(
     base: InertialParameters,
     base_size: tuple[float, float, float],
-    arms: tuple[Arm, Arm],
+    arms: tuple[Robot, Robot],
     mounts: tuple[Pose, Pose],
     name: str = "",
-) -> SpaceRobot:
+) -> Robot:
     """A base with two arms: joints of the first, `right_...`, then of the second, `left_...`.
 
     Args:
@@ -50,18 +52,19 @@ def with_arms(
     poses, links, parents, hands, names = [], [], [], [], []
     for side, arm, mount in zip(SIDES, arms, mounts, strict=True):
         first = len(parents)
-        chain = [pose_at_index(arm.T_parent_joint, i) for i in range(arm.dof)]
-        poses += [mount @ arm.T_world_base @ chain[0], *chain[1:]]
+        T_base_arm = mount @ arm.T_world_base
+        for i, before in enumerate(arm.parents):
+            T = arm.T_parent_joint[i]
+            poses.append(T_base_arm @ T if before == BASE else T)
         links += _links(arm)
-        parents += [BASE, *range(first, first + arm.dof - 1)]
-        hands.append(len(parents) - 1)
-        own = arm.joint_names or tuple(f"joint_{i + 1}" for i in range(arm.dof))
-        names += [f"{side}_{joint}" for joint in own]
+        parents += [before if before == BASE else first + before for before in arm.parents]
+        hands.append(first + arm.hands[0])
+        names += [f"{side}_{joint}" for joint in joint_names(arm)]
 
     def both(field: str) -> Float[ndarray, "n ..."]:
         return np.concatenate([np.asarray(getattr(arm, field)) for arm in arms])
 
-    return SpaceRobot(
+    return Robot(
         base=base,
         T_parent_joint=stacked_poses(poses),
         axis=both("axis"),
@@ -69,18 +72,21 @@ def with_arms(
         armature=both("armature"),
         lower=both("lower"),
         upper=both("upper"),
-        T_link_hand=stacked_poses([arm.T_link_hand for arm in arms]),
+        velocity_limit=both("velocity_limit"),
+        torque_limit=both("torque_limit"),
+        T_link_hand=stacked_poses([arm.T_link_hand[0] for arm in arms]),
+        T_world_base=Pose.identity(),
+        gravity=np.zeros(3),
         parents=tuple(parents),
-        hands=(hands[0], hands[1]),
+        hands=tuple(hands),
         prismatic=arms[0].prismatic + arms[1].prismatic,
-        radius=0.05,
         base_size=base_size,
         name=name,
         joint_names=tuple(names),
     )
 
 
-def servicer() -> SpaceRobot:
+def servicer() -> Robot:
     """A cube of 1 m and 150 kg with two LWA4D on its front, which looks along x; z is up.
 
     The link inertias of the LWA4D are estimates, see `robots.lwa4d`.
@@ -115,11 +121,11 @@ def servicer_capture() -> Capture:
     )
 
 
-def _links(arm: Arm) -> list[InertialParameters]:
+def _links(arm: Robot) -> list[InertialParameters]:
     links = [
         InertialParameters(arm.links.mass[i], arm.links.com[i], arm.links.inertia[i])
         for i in range(arm.dof)
     ]
     if arm.payload is not None:
-        links[-1] = merge_links([links[-1], arm.payload])
+        links[arm.hands[0]] = merge_links([links[arm.hands[0]], arm.payload])
     return links

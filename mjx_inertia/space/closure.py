@@ -13,22 +13,21 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.chain import joints_at, unstack
-from mjx_inertia.space.robot import Capture, SpaceRobot
-from mjx_inertia.space.trajectory import JointMotion
-from mjx_inertia.space.tree_recursions import (
+from mjx_inertia.robots import Robot
+from mjx_inertia.robots.links import joints_at, unstack
+from mjx_inertia.robots.recursions import (
     Matrix,
     Row,
     ancestors,
-    frames,
-    hand_jacobian_columns,
-    held_frames,
+    jacobian_columns,
     linear_combination,
+    link_frames,
     negate,
     select_axes,
 )
+from mjx_inertia.space.capture import Capture, held_frames
+from mjx_inertia.space.trajectory import JointMotion
 from mjx_inertia.spatial.components import (
-    minus,
     multiply,
     once,
     stacked,
@@ -41,7 +40,7 @@ from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower, so
 _ITERATIONS = 6  # of Newton's method from one node to the next
 
 
-def following_joints(robot: SpaceRobot, leading: Sequence[int]) -> tuple[int, ...]:
+def following_joints(robot: Robot, leading: Sequence[int]) -> tuple[int, ...]:
     """The joints that are not in `leading`.
 
     Raises:
@@ -68,7 +67,7 @@ def following_joints(robot: SpaceRobot, leading: Sequence[int]) -> tuple[int, ..
 
 
 def closure_error(
-    robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]
+    robot: Robot, capture: Capture, q: Float[Array, " n"]
 ) -> tuple[Float[Array, " k"], Float[Array, "k n"]]:
     """How far the object in the second hand is from that in the first, and its Jacobian.
 
@@ -79,7 +78,7 @@ def closure_error(
 
 
 def close_chain(
-    robot: SpaceRobot, capture: Capture, q: Float[Array, " n"], following: Sequence[int]
+    robot: Robot, capture: Capture, q: Float[Array, " n"], following: Sequence[int]
 ) -> Float[Array, " n"]:
     """`q` with the following joints moved until the hands hold the object alike: Newton's method.
 
@@ -97,7 +96,7 @@ def close_chain(
 
 
 def closed_chain_motion(
-    robot: SpaceRobot,
+    robot: Robot,
     capture: Capture,
     motion: JointMotion,
     start: Float[Array, " n"],
@@ -125,7 +124,7 @@ def closed_chain_motion(
 
 
 def _rates(
-    robot: SpaceRobot,
+    robot: Robot,
     capture: Capture,
     q: Float[Array, " n"],
     qd: Float[Array, " n"],
@@ -151,7 +150,7 @@ def _rates(
 
 
 def _newton(
-    robot: SpaceRobot, capture: Capture, q: Float[Array, " n"], following: Sequence[int]
+    robot: Robot, capture: Capture, q: Float[Array, " n"], following: Sequence[int]
 ) -> Float[Array, " n"]:
     apart, rows = _gap(robot, capture, unstack(q))
     # the derivative of a step at the solution is right with its matrix held constant
@@ -160,15 +159,17 @@ def _newton(
     return q.at[np.array(following)].add(stacked(step, q.dtype))
 
 
-def _gap(robot: SpaceRobot, capture: Capture, q: Row) -> tuple[Row, Matrix]:
+def _gap(robot: Robot, capture: Capture, q: Row) -> tuple[Row, Matrix]:
     """The gap, and a row for each joint of its change."""
-    links = frames(robot, joints_at(robot, q))
+    links = link_frames(robot, joints_at(robot, q))
     first, second = held_frames(robot, capture, links)
-    ahead = hand_jacobian_columns(robot, links, 1, second.origin)
-    behind = hand_jacobian_columns(robot, links, 0, first.origin)
+    columns = zip(
+        jacobian_columns(robot, links, second.origin, 1),
+        jacobian_columns(robot, links, first.origin, 0),
+        strict=True,
+    )
     rows = [
-        once(tuple(minus(a, b) for a, b in zip(x, y, strict=True)))
-        for x, y in zip(ahead, behind, strict=True)
+        once(select_axes(robot, subtract(v[0], w[0]), subtract(v[1], w[1]))) for v, w in columns
     ]
     turn = turn_axis(multiply(second.rotation, transpose(first.rotation)))
     return once(select_axes(robot, subtract(second.origin, first.origin), turn)), rows

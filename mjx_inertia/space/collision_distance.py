@@ -11,19 +11,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.chain import joints_at, unstack
-from mjx_inertia.space.robot import BASE, Capture, SpaceRobot
-from mjx_inertia.space.tree_recursions import compose_frames, frame_of, frames, held_frames
+from mjx_inertia.robots import BASE, Robot
+from mjx_inertia.robots.recursions import frames_at, hand_frame
+from mjx_inertia.space.capture import Capture, held_frames
 from mjx_inertia.spatial.components import root, stacked
 from mjx_inertia.spatial.extremes import greatest, least
 
 _POINTS = 9  # of a link against the base
 
 
-def clearance(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Float[Array, ""]:
+def clearance(robot: Robot, capture: Capture, q: Float[Array, " n"]) -> Float[Array, ""]:
     """Least distance (m) between parts that must not touch; negative where they overlap."""
     start, end = _segments(robot, q)
-    links = frames(robot, joints_at(robot, unstack(q)))
+    links = frames_at(robot, q)
     ball = stacked(held_frames(robot, capture, links)[0].origin, q.dtype)
     pairs = np.array(_link_pairs(robot), int).reshape(-1, 2)
     between = jax.vmap(segment_distance)(
@@ -49,17 +49,15 @@ def clearance(robot: SpaceRobot, capture: Capture, q: Float[Array, " n"]) -> Flo
 
 
 def _segments(
-    robot: SpaceRobot, q: Float[Array, " n"]
+    robot: Robot, q: Float[Array, " n"]
 ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
     """Ends of the links' axes in the base, m."""
-    links = frames(robot, joints_at(robot, unstack(q)))
+    links = frames_at(robot, q)
     ends = []
     for i, link in enumerate(links):
         children = [k for k, parent in enumerate(robot.parents) if parent == i]
         if i in robot.hands:
-            ends.append(
-                compose_frames(link, frame_of(robot.T_link_hand, robot.hands.index(i))).origin
-            )
+            ends.append(hand_frame(robot, links, robot.hands.index(i)).origin)
         elif children:
             ends.append(links[children[0]].origin)
         else:
@@ -68,7 +66,7 @@ def _segments(
     return stacked(starts, q.dtype), stacked(ends, q.dtype)
 
 
-def _link_pairs(robot: SpaceRobot) -> list[tuple[int, int]]:
+def _link_pairs(robot: Robot) -> list[tuple[int, int]]:
     """Links that must not touch: no neighbours, and not the two that hold the object."""
     still = np.linalg.norm(np.asarray(robot.T_parent_joint.translation), axis=1) < 2 * robot.radius
 

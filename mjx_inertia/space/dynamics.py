@@ -1,27 +1,28 @@
 """Dynamics of a free-floating robot without thrust: thesis Eqs 7.1 to 7.8, for any tree.
 
-In: a `SpaceRobot`, what it holds, and one state. Out: inertia matrices, velocity forces, the base's
+In: a `Robot` on a free base, and one state. Out: inertia matrices, velocity forces, the base's
 motion that follows from zero momentum, the Generalised Jacobian, reduced dynamics. Twists, wrenches
 and accelerations are in the axes of the base, (linear, angular), six entries or, for a planar
-robot, the three of `robot.axes`; `held` is the object that moves with the hands, whose momentum
-counts. The thesis leaves it out of Eqs 7.1 to 7.8 (`held=None`).
+robot, the three of `robot.axes`. An object that moves with the hands counts if it is the robot's
+payload (`with_capture`); the thesis leaves it out of Eqs 7.1 to 7.8.
 """
 
 import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.chain import joints_at, unstack
-from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
-from mjx_inertia.space.tree_recursions import (
-    base_jacobian_columns,
+from mjx_inertia.robots.links import LinkMotion, joints_at, unstack
+from mjx_inertia.robots.recursions import (
+    base_jacobian_rows,
     composite_inertias,
-    frames,
-    hand_frames,
-    hand_jacobian_columns,
-    tree_bodies,
-    tree_newton_euler,
+    frames_at,
+    hand_frame,
+    jacobian_columns,
+    newton_euler,
+    scatter_axes,
+    select_axes,
 )
+from mjx_inertia.robots.robot import Robot, check_joints
 from mjx_inertia.spatial.components import stacked
 
 
@@ -42,11 +43,10 @@ class Forces:
     joints: Float[Array, " n"]
 
 
-def inertias(robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = None) -> Inertias:
+def inertias(robot: Robot, q: Float[Array, " n"]) -> Inertias:
     """H_b, H_bm and H_m at joint positions `q`."""
-    check_shape(robot, q=q)
-    base, bodies = tree_bodies(robot, held)
-    matrix = composite_inertias(robot, joints_at(robot, unstack(q)), base, bodies)
+    check_joints(robot, q=q)
+    matrix = composite_inertias(robot, joints_at(robot, unstack(q)))
     return Inertias(
         stacked(matrix.base, q.dtype),
         stacked(matrix.coupling, q.dtype).T,
@@ -55,11 +55,10 @@ def inertias(robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = No
 
 
 def floating_base_inverse_dynamics(
-    robot: SpaceRobot,
+    robot: Robot,
     q: Float[Array, " n"],
     base: tuple[Float[Array, " k"], Float[Array, " k"]],
     rates: tuple[Float[Array, " n"], Float[Array, " n"]],
-    held: Capture | None = None,
 ) -> Forces:
     """What a motion takes: the recursive Newton-Euler algorithm from a base that moves.
 
@@ -68,26 +67,24 @@ def floating_base_inverse_dynamics(
       q: joint positions.
       base: twist of the base, and its acceleration (that of its origin, in its axes).
       rates: joint velocities and accelerations.
-      held: the object that moves with the first hand.
     """
-    check_shape(robot, q=q, qd=rates[0], qdd=rates[1])
-    own, bodies = tree_bodies(robot, held)
-    joints = joints_at(robot, unstack(q))
-    motion, moving = (unstack(base[0]), unstack(base[1])), (unstack(rates[0]), unstack(rates[1]))
-    forces, _ = tree_newton_euler(robot, joints, own, bodies, motion, moving)
+    check_joints(robot, q=q, qd=rates[0], qdd=rates[1])
+    _, omega = scatter_axes(robot, unstack(base[0]))
+    linear, alpha = scatter_axes(robot, unstack(base[1]))
+    joints, qd, qdd = joints_at(robot, unstack(q)), unstack(rates[0]), unstack(rates[1])
+    forces = newton_euler(robot, joints, qd, qdd, LinkMotion(omega, alpha, linear))
     return Forces(stacked(forces.base, q.dtype), stacked(forces.joints, q.dtype))
 
 
 def velocity_forces(
-    robot: SpaceRobot,
+    robot: Robot,
     q: Float[Array, " n"],
     base_twist: Float[Array, " k"],
     qd: Float[Array, " n"],
-    held: Capture | None = None,
 ) -> Forces:
     """c_b and c_m of Eq. 7.1: Coriolis and centrifugal forces."""
     still = jnp.zeros_like(base_twist), jnp.zeros_like(qd)
-    return floating_base_inverse_dynamics(robot, q, (base_twist, still[0]), (qd, still[1]), held)
+    return floating_base_inverse_dynamics(robot, q, (base_twist, still[0]), (qd, still[1]))
 
 
 def momentum_map(matrix: Inertias) -> Float[Array, "k n"]:
@@ -96,15 +93,16 @@ def momentum_map(matrix: Inertias) -> Float[Array, "k n"]:
 
 
 def hand_jacobians(
-    robot: SpaceRobot, q: Float[Array, " n"]
+    robot: Robot, q: Float[Array, " n"]
 ) -> tuple[Float[Array, "2 k k"], Float[Array, "2 k n"]]:
     """J_b and J_e of Eq. 7.4: twists of both hands for those of the base and of the joints."""
-    check_shape(robot, q=q)
-    links = frames(robot, joints_at(robot, unstack(q)))
-    hands = hand_frames(robot, links)
-    of_base = [base_jacobian_columns(robot, hand.origin) for hand in hands]
+    check_joints(robot, q=q)
+    links = frames_at(robot, q)
+    places = [hand_frame(robot, links, k).origin for k in (0, 1)]
+    of_base = [base_jacobian_rows(robot, place) for place in places]
     of_joints = [
-        hand_jacobian_columns(robot, links, k, hand.origin) for k, hand in enumerate(hands)
+        [select_axes(robot, *column) for column in jacobian_columns(robot, links, place, k)]
+        for k, place in enumerate(places)
     ]
     return (
         stacked(of_base, q.dtype).swapaxes(1, 2),
@@ -112,15 +110,13 @@ def hand_jacobians(
     )
 
 
-def generalized_jacobian(
-    robot: SpaceRobot, q: Float[Array, " n"], held: Capture | None = None
-) -> Float[Array, "m n"]:
+def generalized_jacobian(robot: Robot, q: Float[Array, " n"]) -> Float[Array, "m n"]:
     """J_g of Eq. 7.5: twists of the right and the left hand for joint rates without momentum.
 
     Umetani and Yoshida 1989; errata 22.
     """
     of_base, of_joints = hand_jacobians(robot, q)
-    both = of_joints + of_base @ momentum_map(inertias(robot, q, held))
+    both = of_joints + of_base @ momentum_map(inertias(robot, q))
     return both.reshape(-1, robot.dof)
 
 
@@ -135,15 +131,14 @@ def reduced_forces(matrix: Inertias, forces: Forces) -> Float[Array, " n"]:
 
 
 def floating_base_forward_dynamics(
-    robot: SpaceRobot,
+    robot: Robot,
     q: Float[Array, " n"],
     base_twist: Float[Array, " k"],
     qd: Float[Array, " n"],
     torque: Float[Array, " n"],
-    held: Capture | None = None,
 ) -> tuple[Float[Array, " k"], Float[Array, " n"]]:
     """Accelerations that `torque` causes: of the base (its origin, in its axes), of the joints."""
-    matrix = inertias(robot, q, held)
-    forces = velocity_forces(robot, q, base_twist, qd, held)
+    matrix = inertias(robot, q)
+    forces = velocity_forces(robot, q, base_twist, qd)
     qdd = jnp.linalg.solve(reduced_inertia(matrix), torque - reduced_forces(matrix, forces))
     return -jnp.linalg.solve(matrix.base, forces.base + matrix.coupling @ qdd), qdd

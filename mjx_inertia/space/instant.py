@@ -16,31 +16,36 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.chain import Body, Frame, Joint, body_from_parameters, joints_at, unstack
-from mjx_inertia.robots.link_motion import (
+from mjx_inertia.robots.links import (
+    Frame,
+    Joint,
+    LinkMotion,
     acceleration_gradient,
+    body_from_parameters,
+    compose_frames,
+    frame_of,
+    joints_at,
     link_acceleration,
     newton_euler_wrench,
+    unstack,
 )
-from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
-from mjx_inertia.space.tree_recursions import (
+from mjx_inertia.robots.recursions import (
+    CompositeInertias,
     Matrix,
     Row,
-    TreeInertias,
-    base_jacobian_columns,
+    base_jacobian_rows,
     composite_inertias,
-    dot_rows,
-    frames,
-    hand_frames,
-    hand_jacobian_columns,
-    held_frames,
+    hand_frame,
+    jacobian_columns,
     linear_combination,
+    link_frames,
     negate,
+    newton_euler,
     scatter_axes,
     select_axes,
-    tree_bodies,
-    tree_newton_euler,
 )
+from mjx_inertia.robots.robot import Robot, check_joints
+from mjx_inertia.space.capture import Capture, held_frames, with_capture
 from mjx_inertia.spatial.components import (
     ZERO,
     Component,
@@ -62,8 +67,6 @@ from mjx_inertia.spatial.components import (
     turn_axis,
 )
 from mjx_inertia.spatial.small_cholesky import Factor, factorize, inner, solve_lower, solve_upper
-
-MOMENTA = ("system", "robot")
 
 
 @struct.dataclass
@@ -88,16 +91,13 @@ class Node:
 class _Tree(NamedTuple):
     """A robot at joint positions."""
 
-    joints: list[Joint]
-    base: Body
-    bodies: list[Body]
-    inertias: TreeInertias
+    inertias: CompositeInertias
     factor: Factor  # of H_b
     links: list[Frame]
 
 
 def node(
-    robot: SpaceRobot,
+    robot: Robot,
     capture: Capture,
     q: Float[Array, " n"],
     qd: Float[Array, " n"],
@@ -110,24 +110,21 @@ def node(
     Near a singular J_g the total wrench means nothing: it is huge, or not finite. Without it
     (`with_total`; it and manipulability are NaN) a robot in space compiles in half the time.
     """
-    check_shape(robot, q=q, qd=qd, qdd=qdd)
-    check_momentum(momentum)
-    tree = _tree(robot, unstack(q), capture if momentum == "system" else None)
-    joints, rates = tree.joints, (unstack(qd), unstack(qdd))
-    still = tuple(0.0 for _ in robot.axes)
-    twist = negate(_solved(tree.factor, linear_combination(tree.inertias.coupling, rates[0])))
-    forces, states = tree_newton_euler(robot, joints, tree.base, tree.bodies, (twist, still), rates)
+    check_joints(robot, q=q, qd=qd, qdd=qdd)
+    moving, joints = with_capture(robot, capture, momentum), joints_at(robot, unstack(q))
+    matrix, links = composite_inertias(moving, joints), link_frames(robot, joints)
+    tree = _Tree(matrix, factorize(matrix.base), links)
+    # base twist from zero momentum, Eq. 7.3
+    twist = negate(_solved(tree.factor, linear_combination(matrix.coupling, unstack(qd))))
+    # forces while the base does not accelerate; its acceleration makes up for its wrench
+    still = LinkMotion(scatter_axes(robot, twist)[1], ZERO, ZERO)
+    forces = newton_euler(moving, joints, unstack(qd), unstack(qdd), still)
     acceleration = negate(_solved(tree.factor, forces.base))
-    torque = once(
-        tuple(
-            plus(a, b)
-            for a, b in zip(
-                forces.joints, dot_rows(tree.inertias.coupling, acceleration), strict=True
-            )
-        )
-    )
-    held = held_frames(robot, capture, tree.links)
-    load = _object_wrench(robot, capture, states[robot.hands[0]], tree.links, acceleration)
+    # torques, Eq. 7.6
+    felt = [once(inner(row, acceleration)) for row in matrix.coupling]
+    torque = once(tuple(plus(a, b) for a, b in zip(forces.joints, felt, strict=True)))
+    held = held_frames(robot, capture, links)
+    load = _object_wrench(robot, capture, forces.links[robot.hands[0]], links, acceleration)
     total, manipulability = (np.nan,) * len(robot.axes), np.nan
     if with_total:
         total, manipulability = _total_wrench(robot, capture, tree, held[0], torque)
@@ -139,45 +136,33 @@ def node(
     return Node(a, b, c, d, e, f, rotation, place, jnp.asarray(manipulability, q.dtype))
 
 
-def check_momentum(momentum: str) -> None:
-    """Raises ValueError for a model of momentum that there is not."""
-    if momentum not in MOMENTA:
-        raise ValueError(f"`momentum` is {momentum!r}: expected {' or '.join(MOMENTA)}")
-
-
-def _tree(robot: SpaceRobot, q: Row, counted: Capture | None) -> _Tree:
-    joints = joints_at(robot, q)
-    base, bodies = tree_bodies(robot, counted)
-    matrix = composite_inertias(robot, joints, base, bodies)
-    return _Tree(joints, base, bodies, matrix, factorize(matrix.base), frames(robot, joints))
-
-
 def _solved(factor: Factor, vector: Row) -> Row:
     return tuple(solve_upper(factor, solve_lower(factor, vector)))
 
 
 def _total_wrench(
-    robot: SpaceRobot, capture: Capture, tree: _Tree, held: Frame, torque: Row
+    robot: Robot, capture: Capture, tree: _Tree, held: Frame, torque: Row
 ) -> tuple[Row, Component]:
     """G J_g⁻ᵀ τ about the object's CoM in its axes, and √det J_g J_gᵀ.
 
     With more joints than the hands have freedoms, the dynamically consistent inverse of J_g takes
     the place of J_g⁻¹ (Khatib 1987): F = (J H_el⁻¹ Jᵀ)⁻¹ J H_el⁻¹ τ.
     """
-    hands = hand_frames(robot, tree.links)
+    hands = [hand_frame(robot, tree.links, k) for k in (0, 1)]
     reaction = [negate(_solved(tree.factor, c)) for c in tree.inertias.coupling]  # of J_a
     jacobian: Matrix = []  # columns of J_g, one for each joint
     per_hand = [
         (
-            base_jacobian_columns(robot, hand.origin),
-            hand_jacobian_columns(robot, tree.links, k, hand.origin),
+            base_jacobian_rows(robot, hand.origin),
+            jacobian_columns(robot, tree.links, hand.origin, k),
         )
         for k, hand in enumerate(hands)
     ]
     for j, moved in enumerate(reaction):
         column: list[Component] = []
         for of_base, of_joints in per_hand:
-            pairs = zip(of_joints[j], linear_combination(of_base, moved), strict=True)
+            own = select_axes(robot, *of_joints[j])
+            pairs = zip(own, linear_combination(of_base, moved), strict=True)
             column += [once(plus(x, y)) for x, y in pairs]
         jacobian.append(tuple(column))
     reduced = [
@@ -214,9 +199,9 @@ def _products(rows: Matrix | list[list[Component]]) -> list[list[Component]]:
 
 
 def _object_wrench(
-    robot: SpaceRobot,
+    robot: Robot,
     capture: Capture,
-    state: tuple[Vec3, Vec3, Vec3],
+    motion: LinkMotion,
     links: list[Frame],
     acceleration: Row,
 ) -> Row:
@@ -225,34 +210,31 @@ def _object_wrench(
     Args:
       robot: the tree.
       capture: the object.
-      state: ω, α and acceleration of that hand's link while the base does not accelerate.
+      motion: of that hand's link while the base does not accelerate.
       links: in the base.
       acceleration: of the base.
     """
     link = links[robot.hands[0]]
     linear, angular = scatter_axes(robot, acceleration)
     back = transpose(link.rotation)
-    omega, alpha, pulled = state
+    # the link, with the base's acceleration added
     moved = add(linear, cross(angular, link.origin))
-    alpha, pulled = add(alpha, apply(back, angular)), add(pulled, apply(back, moved))
-    gradient = once(acceleration_gradient(omega, alpha))
+    alpha = add(motion.alpha, apply(back, angular))
+    motion = LinkMotion(motion.omega, alpha, add(motion.linear, apply(back, moved)))
+    gradient = once(acceleration_gradient(motion))
+    # the object, as behind a joint that does not move
     rotation, offset = _object_in_link(robot, capture)
+    at_object = once(add(motion.linear, apply(gradient, offset)))
     fixed = Joint(rotation, offset, ZERO, False)
-    carried = once(add(pulled, apply(gradient, offset)))
-    omega, alpha, pulled = link_acceleration(fixed, omega, alpha, carried, 0.0, 0.0)
+    motion = link_acceleration(fixed, motion._replace(linear=at_object), 0.0, 0.0)
     body = body_from_parameters(capture.inertial)
-    force, moment = newton_euler_wrench(
-        body, omega, alpha, pulled, acceleration_gradient(omega, alpha)
-    )
+    force, moment = newton_euler_wrench(body, motion, acceleration_gradient(motion))
     about_com = subtract(moment, cross(components(capture.inertial.com), force))
     return once(select_axes(robot, force, about_com))
 
 
-def _object_in_link(robot: SpaceRobot, capture: Capture) -> Frame:
-    hand, held = robot.T_link_hand, capture.T_hand_obj
-    rotation, origin = components(hand.rotation[0]), components(hand.translation[0])
-    placed = add(origin, apply(rotation, components(held.translation[0])))
-    return Frame(multiply(rotation, components(held.rotation[0])), placed)
+def _object_in_link(robot: Robot, capture: Capture) -> Frame:
+    return compose_frames(frame_of(robot.T_link_hand[0]), frame_of(capture.T_hand_obj[0]))
 
 
 def _com(capture: Capture, held: Frame) -> Vec3:

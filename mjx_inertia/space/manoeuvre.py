@@ -18,13 +18,14 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float, Int
 
-from mjx_inertia.robots.chain import joints_at, unstack
+from mjx_inertia.robots import Robot
+from mjx_inertia.robots.dynamics import pose_of
+from mjx_inertia.robots.recursions import center_of_mass, frames_at, hand_frame
+from mjx_inertia.space.capture import Capture, with_capture
 from mjx_inertia.space.closure import closed_chain_motion, closure_error
 from mjx_inertia.space.instant import Node, node
 from mjx_inertia.space.quadrature import Rule, attitude, gauss_legendre, integrate, unresolved
-from mjx_inertia.space.robot import Capture, SpaceRobot, pose_at_index
 from mjx_inertia.space.trajectory import COEFFICIENTS, JointMotion, joint_motion
-from mjx_inertia.space.tree_recursions import center_of_mass, frames, hand_frames, tree_bodies
 from mjx_inertia.spatial import AnyArray, Pose
 from mjx_inertia.spatial.components import root, stacked
 from mjx_inertia.spatial.extremes import greatest
@@ -44,7 +45,7 @@ class CourseStatus(enum.IntEnum):
 class Manoeuvre:
     """What is to be done."""
 
-    robot: SpaceRobot  # the tree
+    robot: Robot  # the tree
     capture: Capture  # the object that both hands hold
     # joint positions at the start, in which the hands hold the object
     q_start: Float[AnyArray, " n"]
@@ -200,17 +201,16 @@ def _final_base(
 def _hand_errors(
     m: Manoeuvre, T_world_base: Pose, q_end: Float[Array, " n"]
 ) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
-    hands = hand_frames(m.robot, frames(m.robot, joints_at(m.robot, unstack(q_end))))
-    reached = [
-        T_world_base @ Pose(*(stacked(part, q_end.dtype) for part in hand)) for hand in hands
-    ]
-    wanted = [m.T_world_obj @ pose_at_index(m.capture.T_hand_obj, k).inverse() for k in (0, 1)]
+    links = frames_at(m.robot, q_end)
+    hands = [hand_frame(m.robot, links, k) for k in (0, 1)]
+    reached = [T_world_base @ pose_of(hand, q_end.dtype) for hand in hands]
+    wanted = [m.T_world_obj @ m.capture.T_hand_obj[k].inverse() for k in (0, 1)]
     place = [a.translation - b.translation for a, b in zip(reached, wanted, strict=True)]
     between = [a.rotation @ b.rotation.T for a, b in zip(reached, wanted, strict=True)]
     return jnp.stack(place), jnp.stack([rotation_vector(m.robot, R) for R in between])
 
 
-def rotation_vector(robot: SpaceRobot, R: Float[AnyArray, "3 3"]) -> Float[Array, "3"]:
+def rotation_vector(robot: Robot, R: Float[AnyArray, "3 3"]) -> Float[Array, "3"]:
     """Axis times angle (rad, at most π) of a rotation that the robot can make."""
     if robot.planar:
         return jnp.zeros(3, R.dtype).at[2].set(jnp.arctan2(R[1, 0], R[0, 0]))
@@ -224,9 +224,8 @@ def _about_z(angle: Float[Array, ""]) -> Float[Array, "3 3"]:
 
 
 def _com(m: Manoeuvre, q: Float[Array, " n"]) -> Float[Array, "3"]:
-    counted = m.capture if m.momentum == "system" else None
-    links = frames(m.robot, joints_at(m.robot, unstack(q)))
-    return stacked(center_of_mass(*tree_bodies(m.robot, counted), links), q.dtype)
+    robot = with_capture(m.robot, m.capture, m.momentum)
+    return stacked(center_of_mass(robot, frames_at(robot, q)), q.dtype)
 
 
 def _limit_excess(m: Manoeuvre, q: Float[Array, "t n"]) -> Float[Array, ""]:

@@ -13,14 +13,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.chain import joints_at, unstack
+from mjx_inertia.robots import Robot
+from mjx_inertia.robots.dynamics import pose_of
+from mjx_inertia.robots.recursions import frames_at
+from mjx_inertia.robots.robot import check_joints, joint_names
+from mjx_inertia.space.capture import Capture, check_momentum, held_frames
 from mjx_inertia.space.closure import following_joints
-from mjx_inertia.space.instant import check_momentum
 from mjx_inertia.space.manoeuvre import Manoeuvre, base_at, rotation_vector
-from mjx_inertia.space.robot import Capture, SpaceRobot, check_shape
-from mjx_inertia.space.tree_recursions import frames, held_frames
 from mjx_inertia.spatial import AnyArray, Consistency, Pose, check_consistency, explain_consistency
-from mjx_inertia.spatial.components import stacked
 
 MOTIONS = ("consistent", "independent")
 _FROM_AFAR = 60  # iterations
@@ -57,7 +57,7 @@ class ManoeuvreSettings:
 
 
 def plan_manoeuvre(
-    robot: SpaceRobot,
+    robot: Robot,
     capture: Capture,
     T_world_start: Pose,
     T_world_obj: Pose,
@@ -91,7 +91,7 @@ def plan_manoeuvre(
         following_joints(robot, leading)
     middle = (np.asarray(robot.lower) + np.asarray(robot.upper)) / 2.0
     near = jnp.asarray(middle if guess is None else guess, jnp.result_type(float))
-    check_shape(robot, guess=near)
+    check_joints(robot, guess=near)
     if near.dtype != jnp.float64:
         raise ValueError(
             f"manoeuvres are planned in float64, not {near.dtype}: `jax.enable_x64(True)`, or "
@@ -162,14 +162,19 @@ def check_capture(capture: Capture) -> None:
         )
 
 
-def _check_robot(robot: SpaceRobot) -> None:
+def _check_robot(robot: Robot) -> None:
+    if robot.base is None or len(robot.hands) != 2:
+        raise ValueError(
+            f"`robot` has {len(robot.hands)} hands, and its base is "
+            f"{'fixed' if robot.base is None else 'free'}: expected two on a free base"
+        )
     masses = np.concatenate([np.ravel(robot.base.mass), np.ravel(robot.links.mass)])
     if not (np.all(np.isfinite(masses)) and masses[0] > 0.0 and np.all(masses >= 0.0)):
         raise ValueError(f"`robot` has masses {masses.tolist()} kg: expected more than zero")
     open_ended = ~(np.isfinite(robot.lower) & np.isfinite(robot.upper))
     if np.any(open_ended):
         i = int(np.argmax(open_ended))
-        joint = robot.joint_names[i] if robot.joint_names else f"joint {i}"
+        joint = joint_names(robot)[i]
         raise ValueError(
             f"`robot` has no limits at {joint}; Eq. 7.12 moves within the range between them: give "
             "them in its file, or by robot.replace(lower=..., upper=...)"
@@ -220,10 +225,9 @@ def _apart(
     m: Manoeuvre, T_world_base: Pose, T_world_obj: Pose, q: Float[Array, " n"]
 ) -> Float[Array, " h"]:
     """Distance (m) and rotation vector (rad) from the target to the object in either hand."""
-    links = frames(m.robot, joints_at(m.robot, unstack(q)))
     rows = []
-    for held in held_frames(m.robot, m.capture, links):
-        T_world_held = T_world_base @ Pose(*(stacked(part, q.dtype) for part in held))
+    for held in held_frames(m.robot, m.capture, frames_at(m.robot, q)):
+        T_world_held = T_world_base @ pose_of(held, q.dtype)
         between = T_world_held.rotation @ T_world_obj.rotation.T
         way = T_world_held.translation - T_world_obj.translation
         both = jnp.concatenate([way, rotation_vector(m.robot, between)])
@@ -232,7 +236,7 @@ def _apart(
 
 
 def _check_reached(
-    name: str, T: Pose, robot: SpaceRobot, q: Float[Array, " n"], off: Float[Array, ""]
+    name: str, T: Pose, robot: Robot, q: Float[Array, " n"], off: Float[Array, ""]
 ) -> None:
     place = np.round(np.asarray(T.translation), 3).tolist()
     if not float(off) < _REACHED:
@@ -244,7 +248,7 @@ def _check_reached(
     beyond = np.maximum(np.asarray(q) - robot.upper, robot.lower - np.asarray(q))
     if np.any(beyond > 0.0):
         worst = int(np.argmax(beyond))
-        joint = robot.joint_names[worst] if robot.joint_names else f"joint {worst}"
+        joint = joint_names(robot)[worst]
         raise ValueError(
             f"`{name}` at {place} m needs {joint} at {float(q[worst]):.4g}, outside its limits "
             f"{float(robot.lower[worst]):.4g} to {float(robot.upper[worst]):.4g}"

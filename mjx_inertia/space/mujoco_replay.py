@@ -1,9 +1,9 @@
 """A manoeuvre in C MuJoCo, which knows nothing of our formulas: does what was predicted come true?
 
 In: a manoeuvre of joints that obey the grasp, and a decision. Out: `Replay`: predicted and
-simulated signals. MuJoCo starts at rest and gets joint torques alone: those that
-`manoeuvre_path.py` computes in advance, and a weak control on the joints' motion. Base, object and
-sensors show the rest.
+simulated signals, and `Disagreement`: how far they are apart. MuJoCo starts at rest and gets joint
+torques alone: those that `manoeuvre_path.py` computes in advance, and a weak control on the joints'
+motion. Base, object and sensors show the rest.
 """
 
 import dataclasses
@@ -17,11 +17,13 @@ from numpy import ndarray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from mjx_inertia.robots.mjcf import SIDES
 from mjx_inertia.space.manoeuvre import CourseStatus, Manoeuvre, course
 from mjx_inertia.space.manoeuvre_path import Path, path
-from mjx_inertia.space.mjcf import HANDS, space_spec
-from mjx_inertia.space.robot import pose_at_index
+from mjx_inertia.space.mjcf import capture_spec
 from mjx_inertia.spatial import AnyArray, Pose
+
+_STILL = 1e-9  # m, rad: less than that is no displacement to compare with
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,6 +74,20 @@ class Replay:
     energy: Float[ndarray, " t"]  # simulated, kinetic, J
 
 
+@dataclasses.dataclass(frozen=True)
+class Disagreement:
+    """Prediction against simulation; shares are of the simulated figure, NaN where that is zero."""
+
+    base_place: float  # of the base at the end, m
+    base_place_share: float  # the same against how far the base went
+    base_turn: float  # angle between the base's attitudes at the end, rad
+    base_turn_share: float  # the same against how far the base turned
+    force: float  # of the object over the whole time: relative L2 error
+    moment: float  # of the object about its CoM, likewise
+    hand_forces: tuple[float, float]  # of the right and the left hand, likewise
+    hand_moments: tuple[float, float]  # about the hands' origins, likewise
+
+
 def replay(
     manoeuvre: Manoeuvre,
     coefficients: Float[AnyArray, " c"],
@@ -107,6 +123,29 @@ def replay(
     q, momentum, energy = states
     error = q - CubicSpline(wanted.time, wanted.motion.q)(time)
     return Replay(time, _predicted(m, wanted, time), simulated, error, momentum, energy)
+
+
+def disagreement(replay: Replay) -> Disagreement:
+    """How far the simulation is from the prediction."""
+    a, b = replay.predicted, replay.simulated
+    wanted, reached = a.T_world_base[-1], b.T_world_base[-1]
+    apart, between = _between(wanted, reached)
+    went, turned = _between(b.T_world_base[0], reached)
+
+    def hands(part: slice) -> tuple[float, float]:
+        shares = [_share(a.hand_wrenches[:, k, part], b.hand_wrenches[:, k, part]) for k in (0, 1)]
+        return shares[0], shares[1]
+
+    return Disagreement(
+        base_place=apart,
+        base_place_share=apart / went if went > _STILL else np.nan,
+        base_turn=between,
+        base_turn_share=between / turned if turned > _STILL else np.nan,
+        force=_share(a.object_wrench[:, :3], b.object_wrench[:, :3]),
+        moment=_share(a.object_wrench[:, 3:], b.object_wrench[:, 3:]),
+        hand_forces=hands(slice(0, 3)),
+        hand_moments=hands(slice(3, 6)),
+    )
 
 
 def _simulated(
@@ -157,7 +196,8 @@ def _simulated(
 
 
 def _model(m: Manoeuvre, step: float, weld_time: float) -> mujoco.MjModel:
-    spec = space_spec(m.robot, m.capture)
+    spec = capture_spec(m.robot, m.capture)
+    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     spec.option.timestep = step
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     weld = spec.equalities[0]
@@ -171,7 +211,7 @@ def _reading(model: mujoco.MjModel, data: mujoco.MjData, n: int) -> dict[str, nd
     mujoco.mj_subtreeVel(model, data)
     wrenches = [
         np.concatenate([data.sensor(f"{kind}_{side}").data for kind in ("force", "torque")])
-        for side in HANDS
+        for side in SIDES
     ]
     whole = base.id
     linear = model.body_subtreemass[whole] * data.subtree_linvel[whole]
@@ -216,8 +256,7 @@ def _predicted(m: Manoeuvre, wanted: Path, time: Float[ndarray, " t"]) -> Replay
     on_object = np.zeros((len(wanted.time), 6))
     on_object[:, axes] = wanted.nodes.object_wrench
     turns = [
-        np.asarray(wanted.nodes.object_rotation)
-        @ np.asarray(pose_at_index(m.capture.T_hand_obj, k).rotation).T
+        np.asarray(wanted.nodes.object_rotation) @ np.asarray(m.capture.T_hand_obj[k].rotation).T
         for k in (0, 1)
     ]  # of the hands in the base
     by_hand = np.stack([_turned_back(R, in_base[:, k]) for k, R in enumerate(turns)], 1)
@@ -230,7 +269,7 @@ def _about_com(m: Manoeuvre, wrenches: Float[ndarray, "t 2 6"]) -> Float[ndarray
     """Sum of the hands' wrenches in the object's axes about its CoM."""
     total = np.zeros((len(wrenches), 6))
     for k in (0, 1):
-        T_obj_hand = pose_at_index(m.capture.T_hand_obj, k).inverse()
+        T_obj_hand = m.capture.T_hand_obj[k].inverse()
         turn = np.asarray(T_obj_hand.rotation)
         force, moment = wrenches[:, k, :3] @ turn.T, wrenches[:, k, 3:] @ turn.T
         lever = np.asarray(T_obj_hand.translation) - np.asarray(m.capture.inertial.com)
@@ -243,3 +282,15 @@ def _turned_back(
 ) -> Float[ndarray, "t 6"]:
     parts = [np.einsum("tji,tj->ti", rotation, wrench[:, part : part + 3]) for part in (0, 3)]
     return np.concatenate(parts, 1)
+
+
+def _between(a: Pose, b: Pose) -> tuple[float, float]:
+    """Distance (m) and angle (rad) between two poses."""
+    rotation = np.asarray(a.rotation).T @ np.asarray(b.rotation)
+    apart = np.asarray(a.translation) - np.asarray(b.translation)
+    return float(np.linalg.norm(apart)), float(Rotation.from_matrix(rotation).magnitude())
+
+
+def _share(predicted: Float[ndarray, "..."], simulated: Float[ndarray, "..."]) -> float:
+    size = float(np.linalg.norm(simulated))
+    return float(np.linalg.norm(predicted - simulated)) / size if size > 0.0 else np.nan

@@ -2,7 +2,7 @@
 
 In: `PlanarSettings` and states with any leading axes. Out: the terms of Eqs 7.1 to 7.11, corrected
 as in errata 21 to 24. Every mass moves as m Jᵀ(J ẍ + J̇ ẋ): the formulas share nothing with the
-recursions of `tree_recursions.py`, which are tested against them. `xp` is the array library, so
+recursions of `robots`, which are tested against them. `xp` is the array library, so
 that the same formulas run in NumPy.
 """
 

@@ -1,6 +1,6 @@
 """The planar robot of thesis Fig. 7.1 and Table 7.1: a square base with two arms of three joints.
 
-In: settings, every figure with its unit. Out: `SpaceRobot`, `Capture`. The thesis does not give
+In: settings, every figure with its unit. Out: `Robot`, `Capture`. The thesis does not give
 shoulders, joint limits and poses (errata 29): those here put the shoulders on the face of the base
 that looks at the object, elbows outward.
 """
@@ -10,7 +10,8 @@ import dataclasses
 import numpy as np
 
 from mjx_inertia.robots.rigid_links import float64_parameters
-from mjx_inertia.space.robot import BASE, Capture, SpaceRobot
+from mjx_inertia.robots.robot import BASE, Robot
+from mjx_inertia.space.capture import Capture
 from mjx_inertia.spatial import Pose
 
 
@@ -51,7 +52,7 @@ class PlanarSettings:
             raise ValueError(f"`lower` {self.lower} must lie below `upper` {self.upper}")
 
 
-def planar_robot(settings: PlanarSettings | None = None) -> SpaceRobot:
+def planar_robot(settings: PlanarSettings | None = None) -> Robot:
     """The robot: joints 1r, 2r, 3r, 1l, 2l, 3l, each turning about z; the arms reach along +y.
 
     At joint position zero an arm is stretched out along y of the base; the right arm (x > 0) folds
@@ -72,7 +73,7 @@ def planar_robot(settings: PlanarSettings | None = None) -> SpaceRobot:
     moment, base_moment = np.tile(link_moments(s), 2), s.base_mass * s.base_side**2 / 6.0
     hand = np.zeros((2, 3))
     hand[:, 1] = s.link_length[2]
-    return SpaceRobot(
+    return Robot(
         base=float64_parameters(s.base_mass, np.zeros(3), base_moment * np.eye(3)),
         T_parent_joint=Pose(np.tile(np.eye(3), (6, 1, 1)), offsets),
         axis=axis,
@@ -80,6 +81,10 @@ def planar_robot(settings: PlanarSettings | None = None) -> SpaceRobot:
         armature=np.zeros(6),
         lower=np.tile(s.lower, 2),
         upper=np.tile(s.upper, 2),
+        velocity_limit=np.full(6, np.inf),
+        torque_limit=np.full(6, np.inf),
+        T_world_base=Pose.identity(),
+        gravity=np.zeros(3),
         T_link_hand=Pose(np.tile(np.eye(3), (2, 1, 1)), hand),
         parents=(BASE, 0, 1, BASE, 3, 4),
         hands=(2, 5),

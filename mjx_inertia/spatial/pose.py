@@ -44,6 +44,10 @@ class Pose:
         rotation = self.rotation.swapaxes(-1, -2)
         return Pose(rotation, -_turned(rotation, self.translation))
 
+    def __getitem__(self, index: int) -> "Pose":
+        """One of several poses along a leading axis."""
+        return Pose(self.rotation[index], self.translation[index])
+
     def __matmul__(self, T_b_c: "Pose") -> "Pose":
         """`T_a_c`."""
         products = self.rotation[..., :, :, None] * T_b_c.rotation[..., None, :, :]

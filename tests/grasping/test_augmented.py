@@ -12,10 +12,8 @@ from mjx_inertia.grasping import (
     effective_mass,
     operational_dynamics,
     operational_inertia,
-    with_payload,
 )
 from mjx_inertia.robots import (
-    arm_spec,
     baxter,
     bias_force,
     gravity_torque,
@@ -24,8 +22,10 @@ from mjx_inertia.robots import (
     inverse_dynamics,
     jacobian_rate_product,
     mass_matrix,
+    robot_spec,
+    with_payload,
 )
-from mjx_inertia.spatial import InertialParameters, change_frame, combine, to_spatial_inertia
+from mjx_inertia.spatial import InertialParameters, Pose, change_frame, combine, to_spatial_inertia
 
 pytestmark = pytest.mark.long
 COUNT = 300
@@ -58,7 +58,7 @@ def held():
 def evaluated(states, payload, T_hand_obj):
     def one(state, payload, T_hand_obj):
         q, qd, qdd = state
-        arm = with_payload(ARM, payload, T_hand_obj)
+        arm = with_payload(ARM, payload, Pose.from_se3(T_hand_obj))
         turn = jaxlie.SE3.from_rotation(hand_pose(arm, q).to_se3().rotation())
         return {
             "mass_matrix": mass_matrix(arm, q),
@@ -90,7 +90,8 @@ def close(actual, expected, tolerance=1e-9):
 def in_hand(k, payload, T_hand_obj):
     """The k-th payload: mass, CoM and tensor, and the pose of its frame in the last link."""
     T_link_hand = np.eye(4)
-    T_link_hand[:3, :3], T_link_hand[:3, 3] = ARM.T_link_hand.rotation, ARM.T_link_hand.translation
+    T_link_hand[:3, :3] = ARM.T_link_hand.rotation[0]
+    T_link_hand[:3, 3] = ARM.T_link_hand.translation[0]
     T = T_link_hand @ np.asarray(T_hand_obj.as_matrix()[k])
     return float(payload.mass[k]), *map(np.asarray, (payload.com[k], payload.inertia[k])), T
 
@@ -136,7 +137,7 @@ def test_welded_in_mujoco(held):
     matrix, torque = np.zeros((7, 7)), np.zeros(7)
     for k in range(0, COUNT, 10):
         mass, com, tensor, T = in_hand(k, payload, T_hand_obj)
-        spec = arm_spec(ARM)
+        spec = robot_spec(ARM)
         quaternion = jaxlie.SO3.from_matrix(jnp.asarray(T[:3, :3])).wxyz
         last = spec.body(f"{ARM.joint_names[-1]}_link")
         body = last.add_body(name="object", pos=T[:3, 3], quat=np.asarray(quaternion))
@@ -198,6 +199,7 @@ def test_effective_mass_is_felt_along_a_line(held):
 def test_a_payload_on_a_payload_adds(held):
     _, payload, T_hand_obj, _ = held
     first, second = (jax.tree.map(lambda x, k=k: x[k], (payload, T_hand_obj)) for k in (0, 1))
+    first, second = ((body, Pose.from_se3(T)) for body, T in (first, second))
     both = with_payload(with_payload(ARM, *first), *second).payload
     apart = [with_payload(ARM, *each).payload for each in (first, second)]
     joint = combine(jax.tree.map(lambda *leaves: jnp.stack(leaves), *apart))
@@ -207,8 +209,9 @@ def test_a_payload_on_a_payload_adds(held):
 
 def test_payload_in_the_generated_model(held):
     (q, *_), payload, T_hand_obj, ours = held
-    arm = with_payload(ARM, *jax.tree.map(lambda x: x[0], (payload, T_hand_obj)))
-    model = arm_spec(arm).compile()
+    first = jax.tree.map(lambda x: x[0], (payload, T_hand_obj))
+    arm = with_payload(ARM, first[0], Pose.from_se3(first[1]))
+    model = robot_spec(arm).compile()
     data, matrix = mujoco.MjData(model), np.zeros((7, 7))
     data.qpos[:] = q[0]
     mujoco.mj_fwdPosition(model, data)
@@ -222,7 +225,7 @@ def test_derivatives_in_payload_grasp_and_state(held):
     q, payload, T = jax.tree.map(lambda x: x[0], (states[0], payload, T_hand_obj))
 
     def cost(q, payload, tangent):
-        arm = with_payload(ARM, payload, T @ jaxlie.SE3.exp(tangent))
+        arm = with_payload(ARM, payload, Pose.from_se3(T @ jaxlie.SE3.exp(tangent)))
         mass = effective_mass(arm, q, jnp.array([0.6, 0.0, 0.8]))
         return mass + jnp.sum(gravity_torque(arm, q) ** 2)
 

@@ -6,9 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjx_inertia.grasping import GraspMotion, with_payload
+from mjx_inertia.grasping import GraspMotion
 from mjx_inertia.grasping.collision import Bottle, ControlSettings, Pillar, collide
-from mjx_inertia.robots import Arm
+from mjx_inertia.robots import BASE, Robot, with_payload
 from mjx_inertia.spatial import InertialParameters, Pose
 
 pytestmark = pytest.mark.float64
@@ -20,13 +20,15 @@ IDLE = ControlSettings(stiffness=1e-6, damping=1e-6)  # lets go: inertia alone s
 def sled(mass=1.5):
     """One joint that slides along x."""
     one = {"lower": -9.0, "upper": 9.0, "velocity_limit": 9.0, "torque_limit": 1e4, "armature": 0.0}
-    return Arm(
+    return Robot(
         T_world_base=Pose.identity(),
         T_parent_joint=Pose(np.eye(3)[None], np.zeros((1, 3))),
         axis=np.array([[1.0, 0.0, 0.0]]),
         links=InertialParameters(np.array([mass]), np.zeros((1, 3)), 1e-3 * np.eye(3)[None]),
-        T_link_hand=Pose(np.eye(3), np.array([0.1, 0.0, 0.3])),
+        T_link_hand=Pose(np.eye(3)[None], np.array([[0.1, 0.0, 0.3]])),
         gravity=np.array([0.0, 0.0, -9.81]),
+        parents=(BASE,),
+        hands=(0,),
         prismatic=(True,),
         name="sled",
         joint_names=("slide",),
@@ -56,7 +58,7 @@ def test_a_pillar_feels_the_whole_mass(payload):
     arm = sled()
     if payload:
         body = InertialParameters(jnp.asarray(payload), jnp.zeros(3), 1e-3 * jnp.eye(3))
-        arm = with_payload(arm, body, Pose.identity().to_se3())
+        arm = with_payload(arm, body, Pose.identity())
     pillar = Pillar(damping=0.0, pad_mass=1e-3)
     found = collide(arm, coasting(), pillar, 20, IDLE)
     assert found.contact_time == pytest.approx(0.4, abs=2e-3)

@@ -20,9 +20,8 @@ from mjx_inertia.grasping import (
     grasp_costs,
     object_path,
     plan_motion,
-    with_payload,
 )
-from mjx_inertia.robots import arm_spec, baxter, hand_jacobian
+from mjx_inertia.robots import baxter, hand_jacobian, robot_spec, with_payload
 from mjx_inertia.spatial import InertialParameters, Pose
 
 pytestmark = pytest.mark.float64
@@ -101,8 +100,8 @@ def test_joint_speeds_are_the_least_that_give_the_twist(arm, found):
 
 def welded(arm):
     """MuJoCo's model of the arm with the payload of the first grasp."""
-    held = with_payload(arm, payload(), one(hands(), 0).inverse().to_se3())
-    model = arm_spec(held).compile()
+    held = with_payload(arm, payload(), one(hands(), 0).inverse())
+    model = robot_spec(held).compile()
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     return held, model
 

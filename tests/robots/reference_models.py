@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 import yaml
 
-from mjx_inertia.robots import Arm, arm_spec
+from mjx_inertia.robots import Robot, robot_spec
 
 
 def figures(name):
@@ -165,8 +165,8 @@ def by_mujoco(model, site, q, qd, qdd, columns=None):
     return stack(rows)
 
 
-def mujoco_of(arm: Arm):
-    return arm_spec(arm).compile()
+def mujoco_of(arm: Robot):
+    return robot_spec(arm).compile()
 
 
 def assert_same(actual: Dynamics, expected: Dynamics, tolerance=1e-10):

@@ -1,6 +1,6 @@
-"""A short arm with both kinds of joint, on no special axes, as MJCF and as an `Arm`."""
+"""A short arm with both kinds of joint, on no special axes, as MJCF and as a `Robot`."""
 
-from mjx_inertia.robots import load_arm
+from mjx_inertia.robots import load_robot
 
 SMALL_ARM = """
 <mujoco model="small">
@@ -42,4 +42,4 @@ SMALL_ARM = """
 def small_arm(folder):
     path = folder / "small.xml"
     path.write_text(SMALL_ARM)
-    return load_arm(path, "grip")
+    return load_robot(path, "grip")

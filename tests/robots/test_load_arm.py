@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pinocchio
@@ -21,10 +22,14 @@ from reference_models import (
 from small_arms import SMALL_ARM, small_arm
 
 from mjx_inertia.robots import (
-    arm_mjcf,
+    BASE,
     baxter,
+    gravity_torque,
     hand_pose,
-    load_arm,
+    load_robot,
+    mass_matrix,
+    robot_mjcf,
+    robot_spec,
 )
 
 LINK = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
@@ -57,7 +62,10 @@ def panda_file():
 
 @pytest.mark.long
 def test_a_panda_is_that_of_mujoco(panda_file):
-    arm, model = load_arm(panda_file, "end_effector"), mujoco.MjModel.from_xml_path(str(panda_file))
+    arm, model = (
+        load_robot(panda_file, "end_effector"),
+        mujoco.MjModel.from_xml_path(str(panda_file)),
+    )
     assert arm.joint_names == tuple(f"robot:panda0_joint{i}" for i in range(1, 8))
     assert arm.torque_limit.tolist() == [87.0] * 4 + [12.0] * 3
     assert "finger_joint1" in arm.note
@@ -74,7 +82,7 @@ def test_a_urdf_with_a_gripper_is_that_of_pinocchio(tmp_path):
     text = baxter_urdf("right").replace("</robot>", GRIPPER)
     path = tmp_path / "arm.urdf"
     path.write_text(text)
-    arm, model = load_arm(path, "palm"), pinocchio.buildModelFromXML(text)
+    arm, model = load_robot(path, "palm"), pinocchio.buildModelFromXML(text)
     assert arm.note.endswith("held at their reference position: close, follow.")
     state = states(7)
     columns = [model.joints[model.getJointId(name)].idx_v for name in arm.joint_names]
@@ -98,8 +106,8 @@ def test_slides_references_anchors_and_several_joints_of_a_body(tmp_path):
 def test_the_generated_text_loads_to_the_same_arm(tmp_path):
     arm = baxter().replace(armature=np.linspace(0.1, 0.2, 7))
     path = tmp_path / "baxter.xml"
-    path.write_text(arm_mjcf(arm))
-    again = load_arm(path, "hand")
+    path.write_text(robot_mjcf(arm))
+    again = load_robot(path, "hand")
     assert again.joint_names == arm.joint_names
     infinite = np.full(7, np.inf)  # MJCF has no limits of speed
     pairs = zip(
@@ -114,7 +122,7 @@ def test_the_generated_text_loads_to_the_same_arm(tmp_path):
 def test_a_base_on_the_way_holds_what_is_before_it(tmp_path):
     path = tmp_path / "small.xml"
     path.write_text(SMALL_ARM)
-    whole, part = load_arm(path, "grip"), load_arm(path, "grip", base="upper")
+    whole, part = load_robot(path, "grip"), load_robot(path, "grip", base="upper")
     assert part.joint_names == ("slide", "bend", "roll")
     q = np.array([0.4, 0.2, -0.5, 0.7])  # 0.4 is the reference of the joint before
     places = [jax.jit(partial(hand_pose, arm))(x) for arm, x in ((whole, q), (part, q[1:]))]
@@ -134,14 +142,14 @@ def urdf(kind="revolute", inertial=LINK + "</inertial>", more=""):
 BALL = SMALL_ARM.replace('type="slide" axis="0 1 1" range="-0.3 0.4" armature="0.1"', 'type="ball"')
 BAD = {
     "no such link": (urdf(), "bb", "did you mean b"),
-    "planar": (urdf("planar"), "c", "'j' on the path is planar"),
+    "planar": (urdf("planar"), "c", "'j' is planar"),
     "no inertia": (urdf(inertial=""), "c", "'b' moves and has no mass"),
-    "mimic": (urdf(more='<mimic joint="k"/>'), "c", "'j' on the path is coupled"),
+    "mimic": (urdf(more='<mimic joint="k"/>'), "c", "'j' is coupled"),
     "mimicked": (
         urdf().replace("</robot>", '<link name="d"/><joint name="l" type="revolute"><parent '
                        'link="a"/><child link="d"/><mimic joint="k"/></joint></robot>'),
         "c",
-        "'k' on the path is coupled",
+        "'k' is coupled",
     ),
     "no joint": (urdf(), "a", "no joint moves 'a'"),
     "bad number": (urdf(more='<origin xyz="0 0"/>'), "c", "expected 3 number"),
@@ -149,7 +157,7 @@ BAD = {
     "two roots": (urdf().replace("</robot>", '<link name="d"/></robot>'), "c", "without a parent"),
     "not XML": ("arm", "c", "not an XML file"),
     "another format": ("<sdf/>", "c", "expected <robot>"),
-    "ball": (BALL.replace('ref="0.1"', ""), "grip", "'slide' on the path is ball"),
+    "ball": (BALL.replace('ref="0.1"', ""), "grip", "'slide' is ball"),
     "MuJoCo's word": (SMALL_ARM.replace('mass="2.5"', 'mass="-1"'), "grip", "does not compile"),
 }  # fmt: skip
 
@@ -160,22 +168,72 @@ def test_bad_files_are_told_by_name(name, tmp_path):
     path = tmp_path / "bad.xml"
     path.write_text(text)
     with pytest.raises(ValueError, match=word) as error:
-        load_arm(path, end)
+        load_robot(path, end)
     assert str(path) in str(error.value)
 
 
 def test_a_missing_file_and_a_wrong_base(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such file"):
-        load_arm(tmp_path / "nothing.urdf", "hand")
+        load_robot(tmp_path / "nothing.urdf", "hand")
     path = tmp_path / "a.urdf"
     path.write_text(urdf())
     with pytest.raises(ValueError, match="'c' is not before 'b'"):
-        load_arm(path, "b", base="c")
+        load_robot(path, "b", base="c")
 
 
 def test_coupled_joints_of_mjcf(tmp_path):
     path = tmp_path / "coupled.xml"
     equality = '<equality><joint name="tie" joint1="turn" joint2="bend"/></equality></mujoco>'
     path.write_text(SMALL_ARM.replace("</mujoco>", equality))
-    with pytest.raises(ValueError, match="'turn' on the path is coupled to others by equality tie"):
-        load_arm(path, "grip")
+    with pytest.raises(ValueError, match="'turn' is coupled to others by equality tie"):
+        load_robot(path, "grip")
+
+
+FLOATING = """<robot name="pair"><link name="world"/><link name="bus"><inertial>
+  <origin xyz="0.1 0 0.2"/><mass value="20"/>
+  <inertia ixx="2" ixy="0.1" ixz="0" iyy="3" iyz="0" izz="2.5"/></inertial></link>
+<joint name="float" type="floating"><parent link="world"/><child link="bus"/></joint>""" + "".join(
+    f"""<link name="{side}">{LINK}</inertial></link>
+<joint name="turn_{side}" type="continuous"><parent link="bus"/><child link="{side}"/>
+  <origin xyz="0.3 {y} 0.1" rpy="0.2 {y} 0"/><axis xyz="0 0.6 0.8"/></joint>"""
+    for side, y in (("right", -0.4), ("left", 0.4))
+) + "</robot>"  # fmt: skip
+
+
+def test_a_base_floats_where_the_file_has_it_free(tmp_path):
+    path = tmp_path / "pair.urdf"
+    path.write_text(FLOATING)
+    robot = load_robot(path, ("right", "left"))
+    assert (robot.parents, robot.hands) == ((BASE, BASE), (0, 1))
+    assert not robot.gravity.any()
+    one = load_robot(path, "left")
+    assert (one.dof, one.hands) == (2, (1,))
+    # with the base as the world's frame, MuJoCo's velocities are ours
+    q = np.array([0.3, -0.8])
+    model = robot_spec(robot).compile()
+    data, matrix = mujoco.MjData(model), np.zeros((8, 8))
+    data.qpos[-2:] = q
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_fullM(model, data, matrix)
+    ours = jax.jit(lambda q: (mass_matrix(robot, q), hand_pose(robot, q, 1).translation))(
+        jnp.asarray(q)
+    )
+    np.testing.assert_allclose(ours[0], matrix, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(ours[1], data.site("hand_left").xpos, atol=1e-12)
+    with pytest.raises(ValueError, match="has a free base"):
+        gravity_torque(robot, jnp.asarray(q))
+
+
+def test_a_named_base_is_fixed(tmp_path):
+    path = tmp_path / "pair.urdf"
+    path.write_text(FLOATING)
+    robot = load_robot(path, ("right", "left"), base="bus")
+    assert robot.base is None
+    assert (robot.parents, robot.hands) == ((BASE, BASE), (0, 1))
+    assert robot.gravity[2] == -9.81
+    model = robot_spec(robot).compile()
+    data, q = mujoco.MjData(model), np.array([0.3, -0.8])
+    data.qpos[:] = q
+    mujoco.mj_forward(model, data)
+    torque = jax.jit(lambda q: gravity_torque(robot, q))(q)
+    np.testing.assert_allclose(torque, data.qfrc_bias, rtol=0, atol=1e-11)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mjx_inertia.space import Capture, load_space_robot
+from mjx_inertia.robots import load_robot
+from mjx_inertia.space import Capture
 from mjx_inertia.spatial import InertialParameters, Pose
 
 FOREIGN = """
@@ -67,7 +68,7 @@ HANDS = ("grip", "claw")
 def foreign_robot(folder):
     path = folder / "foreign.xml"
     path.write_text(FOREIGN)
-    return load_space_robot(path, HANDS)
+    return load_robot(path, HANDS)
 
 
 def foreign_capture():

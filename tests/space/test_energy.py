@@ -13,6 +13,7 @@ from mjx_inertia.space import (
     planar_capture,
     planar_robot,
     reduced_inertia,
+    with_capture,
 )
 
 pytestmark = pytest.mark.long
@@ -20,9 +21,10 @@ pytestmark = pytest.mark.long
 
 def test_power_of_the_joints_is_the_rate_of_the_energy():
     robot, held = planar_robot(), planar_capture()
+    both = with_capture(robot, held)
 
     def energy(q, qd):
-        return 0.5 * qd @ reduced_inertia(inertias(robot, q, held)) @ qd
+        return 0.5 * qd @ reduced_inertia(inertias(both, q)) @ qd
 
     def one(q, qd, qdd):
         _, rate = jax.jvp(energy, (q, qd), (qd, qdd))

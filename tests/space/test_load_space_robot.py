@@ -5,15 +5,12 @@ import numpy as np
 import pytest
 from foreign_robot import FOREIGN, HANDS, foreign_robot
 
-from mjx_inertia.robots import baxter
+from mjx_inertia.robots import BASE, baxter, load_robot, robot_mjcf, robot_spec
 from mjx_inertia.space import (
-    BASE,
-    load_space_robot,
+    capture_spec,
     planar_capture,
     planar_robot,
     servicer,
-    space_mjcf,
-    space_spec,
     with_arms,
 )
 from mjx_inertia.spatial import InertialParameters, Pose
@@ -40,8 +37,8 @@ def test_a_robot_written_and_read_is_the_same(make, tmp_path):
     robot = make()
     robot = robot.replace(armature=np.linspace(0.1, 0.5, robot.dof))
     path = tmp_path / "robot.xml"
-    path.write_text(space_mjcf(robot))
-    read = load_space_robot(path, ("hand_right", "hand_left"))
+    path.write_text(robot_mjcf(robot))
+    read = load_robot(path, ("hand_right", "hand_left"))
     same_tree(robot, read, atol=2e-5)  # MuJoCo writes six digits
 
 
@@ -61,7 +58,7 @@ def test_the_foreign_robot_branches_at_its_torso(tmp_path):
 
 def test_the_model_holds_the_object_with_both_hands():
     robot, capture = planar_robot(), planar_capture()
-    model = space_spec(robot, capture).compile()
+    model = capture_spec(robot, capture).compile()
     assert model.nv == 9
     mass = float(robot.base.mass) + robot.links.mass.sum() + float(capture.inertial.mass)
     np.testing.assert_allclose(model.body_subtreemass[0], mass, rtol=1e-12)
@@ -89,7 +86,7 @@ def load_text(tmp_path, text, hands=("a", "b"), planar=False):
     path.write_text(
         text if "<mujoco" in text else f"<mujoco><worldbody>{text}</worldbody></mujoco>"
     )
-    return load_space_robot(path, hands, planar)
+    return load_robot(path, hands, planar=planar)
 
 
 def test_slides_and_a_hinge_make_a_planar_base(tmp_path):
@@ -117,11 +114,11 @@ REFUSED = {
     ),
     "ball": (FOREIGN.replace('name="elbow" axis="0 1 1"', BALL), HANDS, "'elbow' is ball"),
     "coupled": (FOREIGN.replace("</mujoco>", CHAIN), HANDS, "'swing' is coupled"),
-    "misspelt hand": (FOREIGN, ("grip", "clow"), "`hands` 'clow'.*did you mean claw"),
-    "hand on the base": (FOREIGN, ("grip", "mast"), "no joint .* moves the hand 'mast'"),
-    "hand on the ground": (FOREIGN, ("stand", "claw"), "no joint .* moves the hand 'stand'"),
+    "misspelt hand": (FOREIGN, ("grip", "clow"), "`end_effector` 'clow'.*did you mean claw"),
+    "hand on the base": (FOREIGN, ("grip", "mast"), "no joint moves 'mast'"),
+    "hand on the ground": (FOREIGN, ("stand", "claw"), "no joint moves 'stand'"),
     "out of the plane": (PLANAR_ROOT.format(axis="1 0 0"), ("a", "b"), "'jb' moves its link out"),
-    "not a model": ("<mujoco><worldbody><body/></mujoco>", HANDS, "does not compile"),
+    "not a model": ("<mujoco><worldbody><body/></mujoco>", HANDS, "not an XML file"),
 }
 
 
@@ -136,13 +133,13 @@ def test_what_is_no_space_robot_is_refused_by_name(name, tmp_path):
 def test_hands_are_two(tmp_path):
     file = tmp_path / "robot.xml"
     file.write_text(FOREIGN)
-    with pytest.raises(ValueError, match="name two"):
-        load_space_robot(file, ("grip", "grip"))
+    with pytest.raises(ValueError, match="name each hand once"):
+        load_robot(file, ("grip", "grip"))
 
 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"nowhere\.xml"):
-        load_space_robot(tmp_path / "nowhere.xml", HANDS)
+        load_robot(tmp_path / "nowhere.xml", HANDS)
 
 
 def test_arms_stand_on_the_base_where_they_are_mounted():
@@ -153,7 +150,7 @@ def test_arms_stand_on_the_base_where_they_are_mounted():
     robot = with_arms(body, (0.5, 0.5, 0.5), arms, mounts, "pair")
     assert robot.joint_names[0].startswith("right_")
     assert robot.parents == (BASE, *range(6), BASE, *range(7, 13))
-    model = space_spec(robot).compile()
+    model = robot_spec(robot).compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     wanted = mounts[0] @ arms[0].T_world_base

@@ -15,7 +15,7 @@ from mjx_inertia.space import (
     object_to_joints,
     planar_dynamics,
 )
-from mjx_inertia.space.instant import MOMENTA
+from mjx_inertia.space.capture import MOMENTA, with_capture
 
 pytestmark = pytest.mark.long
 
@@ -42,8 +42,7 @@ def terms(states):
     def one(q, qd, qdd):
         found, G = {}, dual_arm_grasp_map(m.robot, m.capture, q)
         for momentum in MOMENTA:
-            held = m.capture if momentum == "system" else None
-            J_g = generalized_jacobian(m.robot, q, held)
+            J_g = generalized_jacobian(with_capture(m.robot, m.capture, momentum), q)
             twist = jnp.linalg.pinv(G.T) @ (J_g @ qd)
             found[momentum] = {
                 "slip": G.T @ twist - J_g @ qd,

@@ -21,12 +21,13 @@ from mjx_inertia.space import (
     reduced_forces,
     reduced_inertia,
     velocity_forces,
+    with_capture,
 )
 from mjx_inertia.space.planar_model import link_moments
 
 SETTINGS = PlanarSettings(link_inertia="physical", shoulder=(0.6, 0.9))
 ROBOT, CAPTURE = planar_robot(SETTINGS), planar_capture(SETTINGS)
-MODELS = {"robot": None, "system": CAPTURE}
+MODELS = ("robot", "system")
 COUNT = 1000
 
 
@@ -44,15 +45,16 @@ def recursions(states):
 
     def one(q, twist, qd, qdd):
         found = {"hands": hand_jacobians(ROBOT, q), "grasp": dual_arm_grasp_map(ROBOT, CAPTURE, q)}
-        for name, held in MODELS.items():
-            matrix = inertias(ROBOT, q, held)
-            forces = velocity_forces(ROBOT, q, twist, qd, held)
+        for name in MODELS:
+            robot = with_capture(ROBOT, CAPTURE, name)
+            matrix = inertias(robot, q)
+            forces = velocity_forces(robot, q, twist, qd)
             found[name] = {
                 "H": jnp.block(
                     [[matrix.base, matrix.coupling], [matrix.coupling.T, matrix.joints]]
                 ),
                 "c": jnp.concatenate([forces.base, forces.joints]),
-                "J_g": generalized_jacobian(ROBOT, q, held),
+                "J_g": generalized_jacobian(robot, q),
                 "H_el": reduced_inertia(matrix),
                 "c_el": reduced_forces(matrix, forces),
                 "node": node(ROBOT, CAPTURE, q, qd, qdd, name),

@@ -12,7 +12,9 @@ import pytest
 from foreign_robot import FOREIGN, foreign_capture, foreign_robot
 from scipy.spatial.transform import Rotation
 
+from mjx_inertia.robots import robot_spec
 from mjx_inertia.space import (
+    capture_spec,
     floating_base_forward_dynamics,
     floating_base_inverse_dynamics,
     generalized_jacobian,
@@ -22,8 +24,8 @@ from mjx_inertia.space import (
     planar_robot,
     servicer,
     servicer_capture,
-    space_spec,
     velocity_forces,
+    with_capture,
 )
 
 COUNT = 1000
@@ -33,7 +35,7 @@ HELD = ("servicer with object", "foreign with object")  # accelerations only: ha
 
 @functools.cache
 def case(name):
-    """Robot, what it holds, and MuJoCo's model without limits, weld and gravity."""
+    """The robot with what it holds, and MuJoCo's model without limits, weld and gravity."""
     with tempfile.TemporaryDirectory() as folder:
         makers = {"planar": planar_robot, "servicer": servicer}
         makers["foreign"] = lambda: foreign_robot(Path(folder))
@@ -44,24 +46,24 @@ def case(name):
         model = mujoco.MjModel.from_xml_string(FOREIGN)
         model.opt.gravity[:] = 0.0
     else:
-        model = space_spec(robot, held).compile()
+        model = (capture_spec(robot, held) if held else robot_spec(robot)).compile()
     off = mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_EQUALITY
     model.opt.disableflags |= off
-    return robot, held, model
+    return with_capture(robot, held) if held else robot, model
 
 
 @functools.cache
 def ours(name):
     """A function of `COUNT` states: matrices, forces, accelerations, what they take, J_g."""
-    robot, held, _ = case(name)
+    robot, _ = case(name)
 
     def one(q, twist, qd, torque):
-        matrix = inertias(robot, q, held)
-        gain = floating_base_forward_dynamics(robot, q, twist, qd, torque, held)
-        back = floating_base_inverse_dynamics(robot, q, (twist, gain[0]), (qd, gain[1]), held)
+        matrix = inertias(robot, q)
+        gain = floating_base_forward_dynamics(robot, q, twist, qd, torque)
+        back = floating_base_inverse_dynamics(robot, q, (twist, gain[0]), (qd, gain[1]))
         whole = jnp.block([[matrix.base, matrix.coupling], [matrix.coupling.T, matrix.joints]])
-        force = velocity_forces(robot, q, twist, qd, held)
-        jacobian = generalized_jacobian(robot, q, held), momentum_map(matrix)
+        force = velocity_forces(robot, q, twist, qd)
+        jacobian = generalized_jacobian(robot, q), momentum_map(matrix)
         bias = jnp.concatenate([force.base, force.joints])
         return whole, bias, jnp.concatenate(gain), (back.base, back.joints), jacobian
 
@@ -72,8 +74,8 @@ def ours(name):
 @functools.cache
 def accelerations(name):
     """A function of `COUNT` states."""
-    robot, held, _ = case(name)
-    run = jax.jit(jax.vmap(lambda *state: floating_base_forward_dynamics(robot, *state, held)))
+    robot, _ = case(name)
+    run = jax.jit(jax.vmap(lambda *state: floating_base_forward_dynamics(robot, *state)))
     return lambda *states: np.concatenate(run(*states), 1)
 
 
@@ -114,7 +116,7 @@ def to_base(robot, rotation, nv):
 
 @pytest.mark.parametrize("name", CASES)
 def test_matrix_forces_and_accelerations_are_those_of_mujoco(name):
-    robot, _, model = case(name)
+    robot, model = case(name)
     rotations, state = states(name)
     matrix, bias, gain, (nothing, torque), _ = ours(name)(*state)
     data, full = mujoco.MjData(model), np.zeros((model.nv, model.nv))
@@ -139,7 +141,7 @@ def test_matrix_forces_and_accelerations_are_those_of_mujoco(name):
 @pytest.mark.parametrize("name", HELD)
 @pytest.mark.long
 def test_accelerations_are_those_of_mujoco(name):
-    robot, _, model = case(name)
+    robot, model = case(name)
     rotations, state = states(name)
     gain = accelerations(name)(*state)
     data, worst = mujoco.MjData(model), 0.0
@@ -155,7 +157,7 @@ def test_accelerations_are_those_of_mujoco(name):
 @pytest.mark.parametrize("name", ["planar with object", "foreign"])
 def test_momentum_stays_while_mujoco_moves_the_joints(name):
     """H_b and H_bm at states of one motion: momentum in the world, about its origin."""
-    robot, _, model = case(name)
+    robot, model = case(name)
     rotations, state = states(name)
     model.opt.timestep, model.opt.integrator = 2e-4, mujoco.mjtIntegrator.mjINT_RK4
     data = mujoco.MjData(model)
@@ -183,7 +185,7 @@ def test_momentum_stays_while_mujoco_moves_the_joints(name):
 
 @pytest.mark.parametrize("name", ["planar", "foreign"])
 def test_generalized_jacobian_is_the_hands_motion_without_momentum(name):
-    robot, _, model = case(name)
+    robot, model = case(name)
     rotations, state = states(name)
     *_, (jacobian, map_to_base) = ours(name)(*state)
     data, step, base = mujoco.MjData(model), 1e-6, model.jnt_bodyid[0]
