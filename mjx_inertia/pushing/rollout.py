@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, Int
 from mjx_inertia.pushing import contact_solver
 from mjx_inertia.pushing.contact_problem import cone_forces, constraint_residual
 from mjx_inertia.pushing.free_box import free_problem, integrate_rotation
-from mjx_inertia.pushing.motion import Motion
+from mjx_inertia.pushing.setup import Motion
 from mjx_inertia.pushing.parameters import PushParameters, resting_height, with_parameters
 from mjx_inertia.pushing.planar_prism import planar_problem
 from mjx_inertia.pushing.quiet_mjx import mjx
