@@ -8,8 +8,6 @@ Operational quantities are at the hand's origin, or at another point of the hand
 twists and wrenches are (linear, angular). At a singular configuration Λ has no finite value.
 """
 
-from collections.abc import Sequence
-
 import jax.numpy as jnp
 import jaxlie
 from flax import struct
@@ -33,14 +31,14 @@ from mjx_inertia.spatial import (
     inertia_about,
     skew,
 )
-from mjx_inertia.spatial.components import Component, components, minus, once, stacked
-from mjx_inertia.spatial.small_cholesky import (
-    Row,
-    factorize,
-    inner,
-    inverse,
-    solve_lower,
-    solve_upper,
+from mjx_inertia.spatial.small_cholesky import cholesky
+from mjx_inertia.spatial.unrolled import (
+    Matrix,
+    SymmetricMatrix,
+    Vector,
+    components,
+    computed_once,
+    stacked,
 )
 
 Point = Float[Array, "3"] | None
@@ -93,10 +91,10 @@ def operational_inertia(
         not the upper left block of Λ, which is that of a hand kept from turning.
     """
     check_joints(arm, q=q)
-    factor = factorize(composite_bodies(arm, unstack(q)))
-    rows = _rows(arm, link_frames(arm, unstack(q)), point, translation)
-    half = [solve_lower(factor, j) for j in rows]
-    return stacked(inverse(factorize(_gram(half))), q.dtype)
+    factor = cholesky(_mass_matrix(arm, q))
+    jacobian = _jacobian(arm, link_frames(arm, unstack(q)), point, translation)
+    half = Matrix(factor.solve_lower(row) for row in jacobian)  # L⁻¹ Jᵀ, transposed
+    return stacked(cholesky(computed_once(half.gram())).inverse(), q.dtype)
 
 
 def effective_mass(
@@ -116,11 +114,10 @@ def effective_mass(
       point: of the hand that is hit, m, in the hand's frame; its origin if None.
     """
     check_joints(arm, q=q)
-    rows = _rows(arm, link_frames(arm, unstack(q)), point, translation=True)
-    u = components(direction)
-    along = [once(inner(u, column)) for column in zip(*rows, strict=True)]
-    half = solve_lower(factorize(composite_bodies(arm, unstack(q))), along)
-    return jnp.asarray(1.0 / inner(half, half), q.dtype)
+    jacobian = _jacobian(arm, link_frames(arm, unstack(q)), point, translation=True)
+    along = computed_once(jacobian.T @ components(direction))
+    half = cholesky(_mass_matrix(arm, q)).solve_lower(along)
+    return jnp.asarray(1.0 / (half @ half), q.dtype)
 
 
 def operational_dynamics(
@@ -141,32 +138,28 @@ def operational_dynamics(
       translation: of the translation alone (r = 3) rather than of the twist (r = 6).
     """
     check_joints(arm, q=q, qd=qd)
+    # Λ = (J M⁻¹ Jᵀ)⁻¹, with M = L Lᵀ
     frames = link_frames(arm, unstack(q))
-    rows = _rows(arm, frames, point, translation)
-    factor = factorize(composite_bodies(arm, unstack(q)))
-    half = [solve_lower(factor, j) for j in rows]
-    inertia = inverse(factorize(_gram(half)))
-    # J̄ᵀ = Λ J M⁻¹, with J M⁻¹ from the halves L⁻¹ Jᵀ that are there
-    responses = [solve_upper(factor, h) for h in half]
-    consistent = [
-        [once(inner(line, column)) for line in inertia] for column in zip(*responses, strict=True)
-    ]
-    weight = newton_euler(arm, unstack(q), zeros(arm), zeros(arm))
-    bias = newton_euler(arm, unstack(q), unstack(qd), zeros(arm))
+    jacobian = _jacobian(arm, frames, point, translation)
+    factor = cholesky(_mass_matrix(arm, q))
+    half = Matrix(factor.solve_lower(row) for row in jacobian)  # L⁻¹ Jᵀ, transposed
+    inertia = cholesky(computed_once(half.gram())).inverse()
+    # J̄ᵀ = Λ J M⁻¹
+    responses = Matrix(factor.solve_upper(row) for row in half)
+    consistent = computed_once(inertia @ responses)
+    # μ and p from the torques of the same state, and at rest
+    weight = Vector(newton_euler(arm, unstack(q), zeros(arm), zeros(arm)))
+    bias = Vector(newton_euler(arm, unstack(q), unstack(qd), zeros(arm)))
     columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
     linear, angular = jacobian_rate_twist(columns, unstack(qd))
-    drift = [*linear, *angular][: len(rows)]
-    by_hand = list(zip(*consistent, strict=True))
-    coriolis = [
-        minus(minus(inner(line, bias), inner(line, weight)), inner(inertia[i], drift))
-        for i, line in enumerate(by_hand)
-    ]
+    drift = Vector((*linear, *angular))[: len(jacobian)]
+    gravity = consistent @ weight
     return OperationalDynamics(
         inertia=stacked(inertia, q.dtype),
-        jacobian=stacked(rows, q.dtype),
-        consistent_inverse=stacked(consistent, q.dtype),
-        coriolis=stacked(coriolis, q.dtype),
-        gravity=stacked([inner(line, weight) for line in by_hand], q.dtype),
+        jacobian=stacked(jacobian, q.dtype),
+        consistent_inverse=stacked(consistent.T, q.dtype),
+        coriolis=stacked(consistent @ bias - gravity - inertia @ drift, q.dtype),
+        gravity=stacked(gravity, q.dtype),
     )
 
 
@@ -187,16 +180,15 @@ def object_inertia(
     return jnp.block([[placed.mass * unit, -across], [across, about_hand]])
 
 
-def _rows(arm: Arm, frames: list[Frame], point: Point, translation: bool) -> Sequence[Row]:
+def _jacobian(arm: Arm, frames: list[Frame], point: Point, translation: bool) -> Matrix:
     """The hand's Jacobian."""
     columns = jacobian_columns(arm, frames, hand_point(arm, frames[-1], point))
-    rows = zip(*((*linear, *angular) for linear, angular in columns), strict=True)
-    return list(rows)[: 3 if translation else 6]
+    jacobian = Matrix((*linear, *angular) for linear, angular in columns).T
+    return Matrix(jacobian[:3]) if translation else jacobian
 
 
-def _gram(half: Sequence[Row]) -> list[list[Component]]:
-    """J M⁻¹ Jᵀ, its lower half, from rows L⁻¹ jᵀ."""
-    return [[once(inner(a, b)) for b in half[: i + 1]] for i, a in enumerate(half)]
+def _mass_matrix(arm: Arm, q: Float[Array, " n"]) -> SymmetricMatrix:
+    return SymmetricMatrix(composite_bodies(arm, unstack(q)))
 
 
 def _pair(a: InertialParameters, b: InertialParameters) -> InertialParameters:

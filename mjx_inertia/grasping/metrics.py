@@ -16,8 +16,8 @@ from jaxtyping import Array, Float
 from mjx_inertia.grasping.augmented import effective_mass
 from mjx_inertia.grasping.motion import GraspMotion
 from mjx_inertia.robots import Arm, hand_jacobian, inverse_dynamics
-from mjx_inertia.spatial.components import components
-from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower
+from mjx_inertia.spatial.small_cholesky import cholesky
+from mjx_inertia.spatial.unrolled import Matrix, Vector, components
 
 
 @struct.dataclass
@@ -143,7 +143,7 @@ METRICS: dict[str, Metric] = {
 }
 
 
-def _ellipsoid(rows: tuple, u: tuple, q: Array) -> Float[Array, ""]:
-    gram = [[inner(a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
-    half = solve_lower(factorize(gram), u)
-    return jnp.asarray(1.0 / inner(half, half), q.dtype)
+def _ellipsoid(jacobian: Matrix, u: Vector, q: Array) -> Float[Array, ""]:
+    """1 / (uᵀ (J Jᵀ)⁻¹ u)."""
+    half = cholesky(jacobian.gram()).solve_lower(u)
+    return jnp.asarray(1.0 / (half @ half), q.dtype)
