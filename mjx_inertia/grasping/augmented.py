@@ -7,13 +7,11 @@ Operational quantities are at the hand's origin, or at another point of the hand
 twists and wrenches are (linear, angular). At a singular configuration Λ has no finite value.
 """
 
-from collections.abc import Sequence
-
 import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.robots.links import Frame, joints_at, unstack
+from mjx_inertia.robots.links import Frame, Joint, joints_at, unstack
 from mjx_inertia.robots.recursions import (
     composite_inertias,
     hand_point,
@@ -24,14 +22,14 @@ from mjx_inertia.robots.recursions import (
     zeros,
 )
 from mjx_inertia.robots.robot import Robot, check_joints
-from mjx_inertia.spatial.components import Component, components, minus, once, stacked
-from mjx_inertia.spatial.small_cholesky import (
-    Row,
-    factorize,
-    inner,
-    inverse,
-    solve_lower,
-    solve_upper,
+from mjx_inertia.spatial.small_cholesky import cholesky
+from mjx_inertia.spatial.unrolled import (
+    Matrix,
+    SymmetricMatrix,
+    Vector,
+    components,
+    computed_once,
+    stacked,
 )
 
 Point = Float[Array, "3"] | None
@@ -66,10 +64,10 @@ def operational_inertia(
     """
     check_joints(arm, q=q)
     joints = joints_at(arm, unstack(q))
-    factor = factorize(composite_inertias(arm, joints).joints)
-    rows = _rows(arm, link_frames(arm, joints), point, translation)
-    half = [solve_lower(factor, j) for j in rows]
-    return stacked(inverse(factorize(_gram(half))), q.dtype)
+    factor = cholesky(_mass_matrix(arm, joints))
+    jacobian = _jacobian(arm, link_frames(arm, joints), point, translation)
+    half = Matrix(factor.solve_lower(row) for row in jacobian)  # L⁻¹ Jᵀ, transposed
+    return stacked(cholesky(computed_once(half.gram())).inverse(), q.dtype)
 
 
 def effective_mass(
@@ -84,11 +82,10 @@ def effective_mass(
     """
     check_joints(arm, q=q)
     joints = joints_at(arm, unstack(q))
-    rows = _rows(arm, link_frames(arm, joints), point, translation=True)
-    u = components(direction)
-    along = [once(inner(u, column)) for column in zip(*rows, strict=True)]
-    half = solve_lower(factorize(composite_inertias(arm, joints).joints), along)
-    return jnp.asarray(1.0 / inner(half, half), q.dtype)
+    jacobian = _jacobian(arm, link_frames(arm, joints), point, translation=True)
+    along = computed_once(jacobian.T @ components(direction))
+    half = cholesky(_mass_matrix(arm, joints)).solve_lower(along)
+    return jnp.asarray(1.0 / (half @ half), q.dtype)
 
 
 def operational_dynamics(
@@ -104,45 +101,38 @@ def operational_dynamics(
     With `translation` of the translation alone (r = 3) rather than of the twist (r = 6).
     """
     check_joints(arm, q=q, qd=qd)
+    # Λ = (J M⁻¹ Jᵀ)⁻¹, with M = L Lᵀ
     joints = joints_at(arm, unstack(q))
     frames = link_frames(arm, joints)
-    rows = _rows(arm, frames, point, translation)
-    factor = factorize(composite_inertias(arm, joints).joints)
-    half = [solve_lower(factor, j) for j in rows]
-    inertia = inverse(factorize(_gram(half)))
-    # J̄ᵀ = Λ J M⁻¹, with J M⁻¹ from the halves L⁻¹ Jᵀ that are there
-    responses = [solve_upper(factor, h) for h in half]
-    consistent = [
-        [once(inner(line, column)) for line in inertia] for column in zip(*responses, strict=True)
-    ]
-    # joint torques of gravity, and of gravity with Coriolis forces
-    weight = newton_euler(arm, joints, zeros(arm), zeros(arm)).joints
-    bias = newton_euler(arm, joints, unstack(qd), zeros(arm)).joints
+    jacobian = _jacobian(arm, frames, point, translation)
+    factor = cholesky(_mass_matrix(arm, joints))
+    half = Matrix(factor.solve_lower(row) for row in jacobian)  # L⁻¹ Jᵀ, transposed
+    inertia = cholesky(computed_once(half.gram())).inverse()
+    # J̄ᵀ = Λ J M⁻¹
+    responses = Matrix(factor.solve_upper(row) for row in half)
+    consistent = computed_once(inertia @ responses)
+    # μ and p from the torques of the same state, and at rest
+    weight = Vector(newton_euler(arm, joints, zeros(arm), zeros(arm)).joints)
+    bias = Vector(newton_euler(arm, joints, unstack(qd), zeros(arm)).joints)
     columns = jacobian_columns(arm, frames, hand_point(arm, frames, point))
     linear, angular = jacobian_rate_twist(columns, unstack(qd))
-    drift = [*linear, *angular][: len(rows)]
-    # μ = J̄ᵀ (bias - weight) - Λ J̇ q̇
-    by_hand = list(zip(*consistent, strict=True))
-    coriolis = [
-        minus(minus(inner(line, bias), inner(line, weight)), inner(inertia[i], drift))
-        for i, line in enumerate(by_hand)
-    ]
+    drift = Vector((*linear, *angular))[: len(jacobian)]
+    gravity = consistent @ weight
     return OperationalDynamics(
         inertia=stacked(inertia, q.dtype),
-        jacobian=stacked(rows, q.dtype),
-        consistent_inverse=stacked(consistent, q.dtype),
-        coriolis=stacked(coriolis, q.dtype),
-        gravity=stacked([inner(line, weight) for line in by_hand], q.dtype),
+        jacobian=stacked(jacobian, q.dtype),
+        consistent_inverse=stacked(consistent.T, q.dtype),
+        coriolis=stacked(consistent @ bias - gravity - inertia @ drift, q.dtype),
+        gravity=stacked(gravity, q.dtype),
     )
 
 
-def _rows(arm: Robot, frames: list[Frame], point: Point, translation: bool) -> Sequence[Row]:
+def _jacobian(arm: Robot, frames: list[Frame], point: Point, translation: bool) -> Matrix:
     """The hand's Jacobian."""
     columns = jacobian_columns(arm, frames, hand_point(arm, frames, point))
-    rows = zip(*((*linear, *angular) for linear, angular in columns), strict=True)
-    return list(rows)[: 3 if translation else 6]
+    jacobian = Matrix((*linear, *angular) for linear, angular in columns).T
+    return Matrix(jacobian[:3]) if translation else jacobian
 
 
-def _gram(half: Sequence[Row]) -> list[list[Component]]:
-    """J M⁻¹ Jᵀ, its lower half, from rows L⁻¹ jᵀ."""
-    return [[once(inner(a, b)) for b in half[: i + 1]] for i, a in enumerate(half)]
+def _mass_matrix(arm: Robot, joints: list[Joint]) -> SymmetricMatrix:
+    return SymmetricMatrix(composite_inertias(arm, joints).joints)

@@ -19,25 +19,22 @@ from scipy.stats import qmc
 
 from mjx_inertia.robots import Robot
 from mjx_inertia.robots.links import Frame, joints_at, unstack
-from mjx_inertia.robots.recursions import Row, hand_frame, jacobian_columns, link_frames
+from mjx_inertia.robots.recursions import hand_frame, jacobian_columns, link_frames
 from mjx_inertia.spatial import Pose
-from mjx_inertia.spatial.components import (
+from mjx_inertia.spatial.small_cholesky import cholesky
+from mjx_inertia.spatial.unrolled import (
     Component,
+    Matrix,
+    SymmetricMatrix,
+    Vector,
     components,
-    dot,
-    multiply,
-    once,
-    scale,
+    computed_once,
+    minus,
+    rotation_axis,
     stacked,
-    subtract,
-    times,
-    transpose,
-    turn_axis,
 )
-from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower, solve_upper
 
 HandPath = Callable[[Int[Array, ""], Float[Array, ""]], tuple[Pose, Array, Array]]
-Rows = list[Row]  # of the Jacobian, translations over `_LENGTH`
 _LENGTH = 0.1  # m that count as much as a radian in what is minimised and damped
 _TINY = 1e-12  # keeps a singular configuration finite; its conditioning tells
 
@@ -121,25 +118,24 @@ def _search(
     """
     low, high = _finite_limits(arm)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    ranges = np.stack([middle, low, high], 1).tolist()  # numbers of no precision of their own
+    # floats, which have no precision of their own
+    middles, ends = Vector(middle.tolist()), list(zip(low.tolist(), high.tolist(), strict=True))
     wanted = Frame(components(stop.rotation), components(stop.translation))
 
-    def iteration(q: Row, share: Array) -> tuple[Row, None]:
-        hand, rows = _hand(arm, q)
-        away = once(
-            [settings.centring * share * (m - x) for x, (m, _, _) in zip(q, ranges, strict=True)]
-        )
+    def iteration(q: Vector, share: Array) -> tuple[Vector, None]:
+        hand, jacobian = _hand(arm, q)
+        away = computed_once(settings.centring * share * (middles - q))
         # what the way to the middle does to the hand is taken back with its error
-        error = zip(_scaled(pose_error(wanted, hand)), rows, strict=True)
-        left = once([e - inner(row, away) for e, row in error])
-        step = _least_squares(rows, left, settings.damping * share + _TINY)
-        moved = (x + a + d for x, a, d in zip(q, away, step, strict=True))
-        ends = (limits[1:] for limits in ranges)
-        return once(tuple(jnp.clip(x, *end) for x, end in zip(moved, ends, strict=True))), None
+        error = _scaled(pose_error(wanted, hand))
+        left = computed_once(error - jacobian @ away)
+        step = _least_squares(jacobian, left, settings.damping * share + _TINY)
+        moved = q + away + step
+        clipped = Vector(jnp.clip(x, *end) for x, end in zip(moved, ends, strict=True))
+        return computed_once(clipped), None
 
-    found, _ = jax.lax.scan(iteration, unstack(q), shares.astype(q.dtype))
+    found, _ = jax.lax.scan(iteration, Vector(unstack(q)), shares.astype(q.dtype))
     error = _scaled(pose_error(wanted, _hand(arm, found)[0]))
-    size = inner(error, error)
+    size = error @ error
     q = stacked(found, q.dtype)
     margin = jnp.min(1.0 - jnp.abs(q - middle.astype(q.dtype)) / half.astype(q.dtype))
     return q, jnp.where(size < settings.angle_tolerance**2, margin, -1.0 - size)
@@ -160,12 +156,12 @@ def follow_path(
     """
 
     def step(
-        carry: tuple[Row, Row, Array, Array], to: tuple[Array, Array]
-    ) -> tuple[tuple[Row, Row, Array, Array], tuple[Array, ...]]:
+        carry: tuple[Vector, Vector, Array, Array], to: tuple[Array, Array]
+    ) -> tuple[tuple[Vector, Vector, Array, Array], tuple[Array, ...]]:
         (q, first, number, s), (next_number, next_s) = carry, to
         h = jnp.where(next_number == number, next_s - s, 0.0)
 
-        def stage(carry: tuple[Row, Row], now: tuple[Array, Array]) -> tuple:
+        def stage(carry: tuple[Vector, Vector], now: tuple[Array, Array]) -> tuple:
             (slope, total), (ahead, weight) = carry, now
             twist = _scaled(components(hand(number, s + ahead * h)[1]))
             slope = _joint_slope(arm, _along(q, ahead * h, slope), twist)
@@ -173,87 +169,84 @@ def follow_path(
 
         # the first stage is the slope at the last waypoint, which is known
         stages = jnp.array([0.5, 0.5, 1.0]), jnp.array([2.0, 2.0, 1.0]) / 6.0
-        total = tuple(once(x / 6.0) for x in first)
+        total = computed_once(Vector(x / 6.0 for x in first))
         (_, mean), _ = jax.lax.scan(stage, (first, total), stages)
         place, xi, bend_xi = hand(next_number, next_s)
         wanted = Frame(components(place.rotation), components(place.translation))
         q = _along(q, h, mean)
-        found, rows = _hand(arm, q)
+        found, jacobian = _hand(arm, q)
         error = _scaled(pose_error(wanted, found))
-        q = _along(q, 1.0, _least_squares(rows, error, _TINY))
+        q = computed_once(q + _least_squares(jacobian, error, _TINY))
         twist, change = _scaled(components(xi)), _scaled(components(bend_xi))
         # d/ds of Jᵀ (J Jᵀ)⁻¹ ξ, along q' itself
         slope = _joint_slope(arm, q, twist)
         _, bend = jax.jvp(functools.partial(_joint_slope, arm), (q, twist), (slope, change))
-        found, rows = _hand(arm, q)
+        found, jacobian = _hand(arm, q)
         error = stacked(pose_error(wanted, found), xi.dtype)
         sizes = jnp.stack([jnp.linalg.norm(error[:3]), jnp.linalg.norm(error[3:])])
         arrays = (stacked(x, xi.dtype) for x in (q, slope, bend))
-        return (q, slope, next_number, next_s), (*arrays, sizes, _conditioning(rows))
+        return (q, slope, next_number, next_s), (*arrays, sizes, _conditioning(jacobian))
 
     # the first waypoint is where the path begins: a step of no length, whatever its slope
-    still = unstack(jnp.zeros_like(q))
-    _, found = jax.lax.scan(step, (unstack(q), still, move[0], s[0]), (move, s))
+    start, still = Vector(unstack(q)), Vector(unstack(jnp.zeros_like(q)))
+    _, found = jax.lax.scan(step, (start, still, move[0], s[0]), (move, s))
     return JointPath(*found)
 
 
-def pose_error(wanted: Frame, found: Frame) -> Row:
+def pose_error(wanted: Frame, found: Frame) -> Vector:
     """How the hand must move, m and rotation vector (rad), world axes; exact for small turns."""
-    relative = multiply(wanted.rotation, transpose(found.rotation))
+    relative = Matrix(wanted.rotation) @ Matrix(found.rotation).T
     # sin(θ) times the axis; atan2 keeps the angle exact where the sine is small
-    axis = once(turn_axis(relative))
-    sine = once(jnp.sqrt(jnp.maximum(dot(axis, axis), 1e-30)))
-    angle = jnp.arctan2(sine, 0.5 * (relative[0][0] + relative[1][1] + relative[2][2] - 1.0))
-    offset = subtract(wanted.origin, found.origin)
-    return once((*offset, *scale(once(angle / sine), axis)))
+    axis = computed_once(rotation_axis(relative))
+    sine = computed_once(jnp.sqrt(jnp.maximum(axis @ axis, 1e-30)))
+    angle = jnp.arctan2(sine, 0.5 * minus(relative.trace(), 1.0))
+    offset = Vector(wanted.origin) - found.origin
+    return computed_once(Vector((*offset, *(computed_once(angle / sine) * axis))))
 
 
 def conditioning(arm: Robot, q: Float[Array, " n"]) -> Float[Array, ""]:
     """√(det J Jᵀ), translations over 0.1 m: zero at a singular configuration (Yoshikawa 1985)."""
-    return _conditioning(_hand(arm, unstack(q))[1])
+    return _conditioning(_hand(arm, Vector(unstack(q)))[1])
 
 
-def _conditioning(rows: Rows) -> Float[Array, ""]:
-    inverse = factorize(_gram(rows, _TINY)).inverse_diagonal
+def _conditioning(jacobian: Matrix) -> Float[Array, ""]:
+    inverse = cholesky(_damped_gram(jacobian, _TINY)).inverse_diagonal
     product = jnp.prod(jnp.stack([jnp.asarray(x) for x in inverse]))
     return jnp.nan_to_num(1.0 / product, nan=0.0, posinf=0.0)
 
 
-def _hand(arm: Robot, q: Row) -> tuple[Frame, Rows]:
-    """The hand in the world, and the rows of its Jacobian, translations over 0.1 m."""
+def _hand(arm: Robot, q: Vector) -> tuple[Frame, Matrix]:
+    """The hand in the world, and its Jacobian, translations over 0.1 m."""
     frames = link_frames(arm, joints_at(arm, q))
     hand = hand_frame(arm, frames)
-    columns = [_scaled((*v, *w)) for v, w in jacobian_columns(arm, frames, hand.origin)]
-    return hand, list(zip(*columns, strict=True))
+    columns = jacobian_columns(arm, frames, hand.origin)
+    return hand, Matrix(_scaled(Vector((*v, *w))) for v, w in columns).T
 
 
-def _scaled(twist: Row) -> Row:
+def _scaled(twist: Vector) -> Vector:
     """Translations over 0.1 m."""
-    return once((*(times(1.0 / _LENGTH, x) for x in twist[:3]), *twist[3:]))
+    return computed_once(Vector((*(1.0 / _LENGTH * twist[:3]), *twist[3:])))
 
 
-def _along(q: Row, length: Component, direction: Row) -> Row:
-    return tuple(once(x + length * d) for x, d in zip(q, direction, strict=True))
+def _along(q: Vector, length: Component, direction: Vector) -> Vector:
+    return computed_once(q + length * direction)
 
 
-def _joint_slope(arm: Robot, q: Row, scaled: Row) -> Row:
+def _joint_slope(arm: Robot, q: Vector, scaled: Vector) -> Vector:
     """Joint speeds of least norm that give the hand a twist: Jᵀ (J Jᵀ)⁻¹ ξ."""
     return _least_squares(_hand(arm, q)[1], scaled, _TINY)
 
 
-def _least_squares(rows: Rows, scaled: Row, damping: float | Array) -> Row:
+def _least_squares(jacobian: Matrix, scaled: Vector, damping: float | Array) -> Vector:
     """Jᵀ (J Jᵀ + λ)⁻¹ ξ with λ relative to the mean of J Jᵀ's diagonal."""
-    factor = factorize(_gram(rows, damping))
-    weights = solve_upper(factor, solve_lower(factor, scaled))
-    return tuple(once(inner(column, weights)) for column in zip(*rows, strict=True))
+    weights = cholesky(_damped_gram(jacobian, damping)).solve(scaled)
+    return computed_once(jacobian.T @ weights)
 
 
-def _gram(rows: Rows, damping: float | Array) -> list[list]:
-    gram = [[once(inner(a, b)) for b in rows[: i + 1]] for i, a in enumerate(rows)]
-    extra = once(damping * sum(entries[i] for i, entries in enumerate(gram)) / len(rows))
-    for i, entries in enumerate(gram):
-        entries[i] = once(entries[i] + extra)
-    return gram
+def _damped_gram(jacobian: Matrix, damping: float | Array) -> SymmetricMatrix:
+    gram = computed_once(jacobian.gram())
+    extra = computed_once(damping * gram.trace() / len(gram))
+    return computed_once(gram + extra * SymmetricMatrix.identity(len(gram)))
 
 
 def _finite_limits(arm: Robot) -> tuple[np.ndarray, np.ndarray]:

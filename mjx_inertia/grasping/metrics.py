@@ -15,8 +15,8 @@ from jaxtyping import Array, Float
 from mjx_inertia.grasping.augmented import effective_mass
 from mjx_inertia.grasping.motion import GraspMotion
 from mjx_inertia.robots import Robot, hand_jacobian, inverse_dynamics
-from mjx_inertia.spatial.components import components
-from mjx_inertia.spatial.small_cholesky import factorize, inner, solve_lower
+from mjx_inertia.spatial.small_cholesky import cholesky
+from mjx_inertia.spatial.unrolled import Matrix, components
 
 
 @struct.dataclass
@@ -78,10 +78,9 @@ def velocity_manipulability(
 
     `direction` is u, a unit vector in world axes.
     """
-    rows, u = components(hand_jacobian(arm, q)[:3]), components(direction)
-    gram = [[inner(a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
-    half = solve_lower(factorize(gram), u)
-    return jnp.asarray(1.0 / inner(half, half), q.dtype)
+    jacobian = Matrix(components(hand_jacobian(arm, q)[:3]))
+    half = cholesky(jacobian.gram()).solve_lower(components(direction))
+    return jnp.asarray(1.0 / (half @ half), q.dtype)
 
 
 def effort(arm: Robot, motion: GraspMotion, signals: AlongPath) -> Float[Array, ""]:

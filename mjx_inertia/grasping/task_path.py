@@ -18,7 +18,7 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.spatial import AnyArray, Pose
-from mjx_inertia.spatial.components import axis_rotation, stacked
+from mjx_inertia.spatial.unrolled import axis_rotation, components, stacked
 
 Orientation = Literal["shortest", "euler"]
 Vector = tuple[float, float, float]
@@ -159,7 +159,7 @@ def _table(task: Task, T_world_obj: Pose, com_obj: Float[Array, "3"]) -> MoveTab
 def _turned(
     axis: Float[Array, "3"], angle: Float[Array, ""], rotation: Float[Array, "3 3"]
 ) -> Float[Array, "3 3"]:
-    turn = stacked(axis_rotation((axis[0], axis[1], axis[2]), angle), rotation.dtype)
+    turn = stacked(axis_rotation(components(axis), angle), rotation.dtype)
     return (turn[:, :, None] * rotation[None]).sum(1)
 
 

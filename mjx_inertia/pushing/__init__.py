@@ -2,11 +2,6 @@
 
 from mjx_inertia.pushing.batched_simulation import simulate as simulate
 from mjx_inertia.pushing.mjx_step import differentiable_step as differentiable_step
-from mjx_inertia.pushing.motion import (
-    Motion as Motion,
-    SampledMotion as SampledMotion,
-    StraightMotion as StraightMotion,
-)
 from mjx_inertia.pushing.parameters import (
     PushParameters as PushParameters,
     object_parameters as object_parameters,
@@ -31,4 +26,10 @@ from mjx_inertia.pushing.scene import (
     build_spec as build_spec,
 )
 from mjx_inertia.pushing.settings import SceneSettings as SceneSettings
-from mjx_inertia.pushing.setup import PushSetup as PushSetup, measured_motion as measured_motion
+from mjx_inertia.pushing.setup import (
+    Motion as Motion,
+    PushSetup as PushSetup,
+    SampledMotion as SampledMotion,
+    StraightMotion as StraightMotion,
+    measured_motion as measured_motion,
+)

@@ -18,21 +18,19 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.pushing.quiet_mjx import mjx
-from mjx_inertia.pushing.small_linalg import Vector, inner_product, matvec
-from mjx_inertia.spatial.computed_once import computed_once
+from mjx_inertia.spatial.unrolled import Matrix, SymmetricMatrix, Vector, computed_once
 
 TINY = 1e-15  # below this squared slip the direction of friction is undefined
 
 
 @struct.dataclass
 class Constraints:
-    """All constraints of one kind, side by side: every array has one entry a constraint."""
+    """All constraints of one kind, side by side: every entry is an array over the constraints."""
 
-    # one list of columns (the free degrees of freedom) for each row of a constraint
-    jacobian: list[list[Array]]
-    reference: list[Array]  # reference acceleration of each row
-    weight: list[Array]  # D, the inverse of the regularisation, of each row
-    scale: list[Array]  # [mu, friction_1, ...]: makes the cone circular
+    jacobian: Matrix  # J, a column for each free degree of freedom
+    reference: Vector  # reference acceleration of each row
+    weight: Vector  # D, the inverse of the regularisation, of each row
+    scale: Vector  # [mu, friction_1, ...]: makes the cone circular
     # where each row of each constraint stands among the rows of MJX
     rows: tuple[tuple[int, ...], ...] = struct.field(pytree_node=False)
     # holds in both directions (an equality), else only pushes (a contact, a limit)
@@ -43,8 +41,8 @@ class Constraints:
 class ContactProblem:
     """The problem of one scene, over its free degrees of freedom."""
 
-    mass: list[list[Array]]  # M, a list of rows
-    smooth: list[Array]  # M a_smooth, the generalised force without constraints, N and N m
+    mass: SymmetricMatrix  # M
+    smooth: Vector  # M a_smooth, the generalised force without constraints, N and N m
     constraints: list[Constraints]  # by kind
     # indices of the free degrees of freedom
     free: tuple[int, ...] = struct.field(pytree_node=False)
@@ -81,10 +79,10 @@ def read_problem(
         one = jnp.ones(len(rows[0]), efc.efc_J.dtype)
         mu = friction[0] / jnp.sqrt(model.opt.impratio) if friction else one
         return Constraints(
-            jacobian=[[efc.efc_J[r, j] for j in free] for r in rows],
-            reference=[efc.efc_aref[r] for r in rows],
-            weight=[efc.efc_D[r] for r in rows],
-            scale=[mu, *friction],
+            jacobian=Matrix([efc.efc_J[r, j] for j in free] for r in rows),
+            reference=Vector(efc.efc_aref[r] for r in rows),
+            weight=Vector(efc.efc_D[r] for r in rows),
+            scale=Vector((mu, *friction)),
             rows=tuple(tuple(int(i) for i in r) for r in rows),
             bilateral=bilateral,
         )
@@ -103,47 +101,46 @@ def read_problem(
         groups.append(group(index, [address[index] + i for i in range(dimension)], False))
     full = mjx.full_m(model, data)
     return ContactProblem(
-        mass=[[full[i, j] for j in free] for i in free],
-        smooth=[smooth[j] for j in free],
+        mass=SymmetricMatrix([full[i, j] for j in free[: k + 1]] for k, i in enumerate(free)),
+        smooth=Vector(smooth[j] for j in free),
         constraints=groups,
         free=free,
     )
 
 
-def constraint_residual(c: Constraints, acceleration: Vector) -> list[Array]:
+def constraint_residual(c: Constraints, acceleration: Vector) -> Vector:
     """J a - a_ref of every row, for all constraints of one kind."""
-    spread = [a[None] for a in acceleration]
-    return [
-        computed_once(inner_product(j, spread) - ref)
-        for j, ref in zip(c.jacobian, c.reference, strict=True)
-    ]
+    side_by_side = Vector(a[None] for a in acceleration)
+    return computed_once(c.jacobian @ side_by_side - c.reference)
 
 
-def cone_forces(c: Constraints, slip: Vector) -> tuple[list[Array], list[list[Array]]]:
+def cone_forces(c: Constraints, slip: Vector) -> tuple[Vector, SymmetricMatrix]:
     """Force of each row and the second derivative of the cost, at `slip` = J a - a_ref.
 
     The three zones of the elliptic cone (mujoco/src/engine/engine_core_constraint.c,
     mj_constraintUpdate): open, quadratic (all rows stuck), and the cone's surface in between.
     """
     if c.bilateral:
-        return [-c.weight[0] * slip[0]], [[c.weight[0]]]
+        return -c.weight * slip, SymmetricMatrix([c.weight])
+    # in coordinates in which the cone is circular: N = mu normal against T = |u[1:]|
     mu = c.scale[0]
-    u = [s * x for s, x in zip(c.scale, slip, strict=True)]
+    u = c.scale * slip
     normal = u[0]
-    tangent_sq = inner_product(u[1:], u[1:]) if len(u) > 1 else jnp.zeros_like(normal)
+    tangent_sq = u[1:] @ u[1:] if len(u) > 1 else jnp.zeros_like(normal)
     slides = tangent_sq > TINY
     inverse_tangent = jax.lax.rsqrt(jnp.where(slides, tangent_sq, 1.0))
     tangent = jnp.where(slides, tangent_sq * inverse_tangent, 0.0)
+    # the zone of each constraint
     stuck = jnp.where(slides, mu * normal + tangent <= 0, normal < 0)
     surface = slides & (normal < mu * tangent) & ~stuck
     # cost on the surface: ½ d (N - mu T)²
     d = jnp.where(surface, c.weight[0] / (mu * mu * (1 + mu * mu)), 0.0)
-    weight = [jnp.where(stuck, w, 0.0) for w in c.weight]
+    weight = Vector(jnp.where(stuck, w, 0.0) for w in c.weight)
     normal_force = -d * (normal - mu * tangent) * mu
-    force = [-w * x for w, x in zip(weight, slip, strict=True)]
-    force[0] = force[0] + normal_force
-    for i in range(1, len(u)):
-        force[i] = force[i] - normal_force * inverse_tangent * u[i] * c.scale[i]
+    force = -weight * slip
+    sliding = normal_force * inverse_tangent * u[1:] * c.scale[1:]
+    force = Vector((force[0] + normal_force, *(force[1:] - sliding)))
+    # second derivative on the surface, of which the lower half is written out
     outer = mu * normal * inverse_tangent**3
     diagonal = mu * mu - mu * normal * inverse_tangent
     hessian: list[list[Array]] = []
@@ -159,39 +156,34 @@ def cone_forces(c: Constraints, slip: Vector) -> tuple[list[Array], list[list[Ar
             h = h * d * c.scale[i] * c.scale[j]
             row.append(h + weight[i] if i == j else h)
         hessian.append(row)
-    return force, [[hessian[max(i, j)][min(i, j)] for j in range(len(u))] for i in range(len(u))]
+    return force, SymmetricMatrix(hessian)
 
 
-def smooth_gradient(problem: ContactProblem, a: Vector) -> list[Array]:
+def smooth_gradient(problem: ContactProblem, a: Vector) -> Vector:
     """M a - M a_smooth."""
-    return [m - f for m, f in zip(matvec(problem.mass, a), problem.smooth, strict=True)]
+    return problem.mass @ a - problem.smooth
 
 
-def gradient(problem: ContactProblem, a: Vector) -> list[Array]:
+def gradient(problem: ContactProblem, a: Vector) -> Vector:
     """Gradient of the cost, M (a - a_smooth) - Jᵀ f: zero at the acceleration."""
     total = smooth_gradient(problem, a)
     for c in problem.constraints:
-        force, _ = cone_forces(c, constraint_residual(c, a))
-        force = [computed_once(f) for f in force]
-        for j in range(len(a)):
-            total[j] = total[j] - inner_product([row[j] for row in c.jacobian], force).sum()
+        force = computed_once(cone_forces(c, constraint_residual(c, a))[0])
+        total = total - Vector((column @ force).sum() for column in c.jacobian.T)
     return total
 
 
-def gradient_and_hessian(
-    problem: ContactProblem, a: Vector
-) -> tuple[list[Array], list[list[Array]]]:
-    """Gradient and the lower half of the Hessian of the cost (the upper half holds M)."""
-    total = smooth_gradient(problem, a)
-    hessian = [list(row) for row in problem.mass]
+def gradient_and_hessian(problem: ContactProblem, a: Vector) -> tuple[Vector, SymmetricMatrix]:
+    """Gradient and Hessian of the cost."""
+    total, hessian = smooth_gradient(problem, a), problem.mass
     for c in problem.constraints:
         force, curvature = cone_forces(c, constraint_residual(c, a))
-        columns = [[row[j] for row in c.jacobian] for j in range(len(a))]
-        curved = [matvec(curvature, column) for column in columns]
-        for j, column in enumerate(columns):
-            total[j] = total[j] - inner_product(column, force).sum()
-            for i in range(j + 1):
-                hessian[j][i] = hessian[j][i] + inner_product(column, curved[i]).sum()
+        columns = c.jacobian.T
+        curved = [curvature @ column for column in columns]
+        total = total - Vector((column @ force).sum() for column in columns)
+        hessian = hessian + SymmetricMatrix(
+            [(column @ curved[i]).sum() for i in range(j + 1)] for j, column in enumerate(columns)
+        )
     return total, hessian
 
 

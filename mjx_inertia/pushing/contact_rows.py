@@ -7,15 +7,15 @@ velocity. Out: `Constraints`.
 
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
 import mujoco
 from jaxtyping import Array, Float
 
 from mjx_inertia.pushing.contact_problem import Constraints
 from mjx_inertia.pushing.settings import IMPRATIO
-from mjx_inertia.pushing.small_linalg import Vector
 from mjx_inertia.spatial import AnyArray
-from mjx_inertia.spatial.computed_once import computed_once
+from mjx_inertia.spatial.unrolled import Component, Matrix, Vector, computed_once
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class ContactLaw:
 def contact_rows(
     law: ContactLaw,
     distance: Float[AnyArray, " c"],
-    jacobian: list[list[Array]],
+    jacobian: Matrix,
     velocity: Vector,
-    friction: list[Array],
+    friction: Vector,
     inverse_mass: Float[AnyArray, ""],
 ) -> Constraints:
-    """Elliptic contacts of one dimension, each array with one entry a contact.
+    """Elliptic contacts of one dimension, every entry an array over the contacts or alike in all.
 
     Args:
       law: of the contacts.
@@ -74,19 +74,19 @@ def contact_rows(
     stiffness, damping = law.stiffness_and_damping(friction=False)
     reference = [-damping * velocity[0] - stiffness * impedance * distance]
     _, damping = law.stiffness_and_damping(friction=True)
-    reference += [-damping * v for v in velocity[1:]]
-    shares = [regularisation] + [sideways * (friction[0] / mu) ** 2 for mu in friction]
-    count = jnp.shape(distance)
+    reference += -damping * velocity[1:]
+    row_regularisation = [regularisation, *(sideways * (friction[0] / mu) ** 2 for mu in friction)]
+    count, zero = jnp.shape(distance), jnp.zeros_like(distance)
 
-    def where_touching(x: Array) -> Array:
-        return computed_once(jnp.where(touches, x, 0.0))
+    def where_touching(x: Component) -> Array:
+        return computed_once(jnp.where(touches, x, zero))
 
     mu = jnp.broadcast_to(friction[0], count)
     return Constraints(
-        jacobian=[[where_touching(column) for column in row] for row in jacobian],
-        reference=[where_touching(r) for r in reference],
-        weight=[1.0 / jnp.maximum(r, mujoco.mjMINVAL) for r in shares],
-        scale=[mu / IMPRATIO**0.5, *[jnp.broadcast_to(f, count) for f in friction]],
+        jacobian=jax.tree.map(where_touching, jacobian),
+        reference=Vector(map(where_touching, reference)),
+        weight=Vector(1.0 / jnp.maximum(r, mujoco.mjMINVAL) for r in row_regularisation),
+        scale=Vector((mu / IMPRATIO**0.5, *(jnp.broadcast_to(f, count) for f in friction))),
         rows=tuple(
             tuple(range(i, i + len(jacobian) * count[0], len(jacobian)))
             for i in range(len(jacobian))

@@ -34,8 +34,8 @@ from mjx_inertia.pushing.contact_problem import (
     smooth_gradient,
 )
 from mjx_inertia.pushing.quiet_mjx import mjx
-from mjx_inertia.pushing.small_linalg import Vector, cholesky_solve, inner_product, matvec
-from mjx_inertia.spatial.computed_once import computed_once
+from mjx_inertia.spatial.small_cholesky import cholesky
+from mjx_inertia.spatial.unrolled import Vector, computed_once
 
 # Of the unconstrained acceleration, in the norm of the mass matrix. A looser one in float64 would
 # leave more noise than finite differences and identification bear.
@@ -86,24 +86,17 @@ class _Line:
 
 def _line(c: Constraints, a: Vector, step: Vector) -> _Line:
     gap = constraint_residual(c, a)
-    rate = [inner_product(j, [s[None] for s in step]) for j in c.jacobian]
-    u = [s * x for s, x in zip(c.scale, gap, strict=True)]
-    v = [s * x for s, x in zip(c.scale, rate, strict=True)]
+    rate = c.jacobian @ Vector(s[None] for s in step)
+    u, v = c.scale * gap, c.scale * rate
     zero = jnp.zeros_like(u[0])
-    weighted = [w * x for w, x in zip(c.weight, rate, strict=True)]
+    weighted = c.weight * rate
     mu = c.scale[0]
     return _Line(
         mu=mu,
         surface_weight=c.weight[0] / (mu * mu * (1 + mu * mu)),
         normal=(u[0], v[0]),
-        tangent=(
-            inner_product(u[1:], u[1:]),
-            inner_product(u[1:], v[1:]),
-            inner_product(v[1:], v[1:]),
-        )
-        if len(u) > 1
-        else (zero, zero, zero),
-        stuck=(inner_product(weighted, gap), inner_product(weighted, rate)),
+        tangent=(u[1:] @ u[1:], u[1:] @ v[1:], v[1:] @ v[1:]) if len(u) > 1 else (zero, zero, zero),
+        stuck=(weighted @ gap, weighted @ rate),
         bilateral=c.bilateral,
     )
 
@@ -161,24 +154,22 @@ def _remains(slope: Array, decrement: Array, enough: Array) -> Bool[Array, ""]:
 
 def _newton_step(
     problem: ContactProblem, a: Vector, line_search: int, enough: Array
-) -> tuple[list[Array], Bool[Array, ""]]:
+) -> tuple[Vector, Bool[Array, ""]]:
     """The next iterate, and whether its Newton decrement may still be above `enough`."""
     total, hessian = gradient_and_hessian(problem, a)
-    step = [computed_once(s) for s in cholesky_solve(hessian, [-g for g in total])]
-    slope = inner_product(step, smooth_gradient(problem, a))
-    curvature = inner_product(step, matvec(problem.mass, step))
-    decrement = -inner_product(step, total)
+    step = computed_once(cholesky(hessian, marked=False).solve(-total))
+    slope = step @ smooth_gradient(problem, a)
+    curvature = step @ (problem.mass @ step)
+    decrement = -(step @ total)
     length, left = _line_search(
         problem.constraints, a, step, slope, curvature, decrement, enough, line_search
     )
     far = (decrement > _DECREMENT_BEFORE_LAST * enough) | _remains(left, decrement, enough)
-    return [x + length * s for x, s in zip(a, step, strict=True)], far
+    return a + length * step, far
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(2, 3))
-def minimiser(
-    problem: ContactProblem, start: list[Array], iterations: int, line_search: int
-) -> list[Array]:
+def minimiser(problem: ContactProblem, start: Vector, iterations: int, line_search: int) -> Vector:
     """Acceleration of the free degrees of freedom that minimises the cost; differentiable.
 
     Args:
@@ -187,7 +178,7 @@ def minimiser(
       iterations: at most.
       line_search: evaluations along each Newton step at most.
     """
-    scale = inner_product(problem.smooth, cholesky_solve(problem.mass, problem.smooth))
+    scale = problem.smooth @ cholesky(problem.mass, marked=False).solve(problem.smooth)
     enough = TOLERANCE[scale.dtype.name] ** 2 * scale
 
     def unfinished(state: tuple[Int[Array, ""], Vector, Array]) -> Array:
@@ -199,19 +190,19 @@ def minimiser(
         return count + 1, *_newton_step(problem, a, line_search, enough)
 
     _, a, _ = jax.lax.while_loop(unfinished, body, (jnp.int32(0), start, scale >= 0.0))
-    return list(a)
+    return a
 
 
 @minimiser.defjvp
 def _minimiser_jvp(
     iterations: int, line_search: int, primals: tuple, tangents: tuple
-) -> tuple[list[Array], list[Array]]:
+) -> tuple[Vector, Vector]:
     problem, start = primals
     a = minimiser(problem, start, iterations, line_search)
     _, change = jax.jvp(lambda p: gradient(p, a), (problem,), (tangents[0],))
     _, hessian = gradient_and_hessian(problem, a)
-    slope = cholesky_solve(hessian, [computed_once(-c) for c in change])
-    return a, [computed_once(x) for x in slope]
+    slope = cholesky(hessian, marked=False).solve(computed_once(-change))
+    return a, computed_once(slope)
 
 
 def solve(
@@ -240,7 +231,7 @@ def solve(
       ValueError: for another cone, or for joints or tendons with friction loss.
     """
     problem = read_problem(model, data, smooth, prescribed)
-    start = [data.qacc_warmstart[j] for j in problem.free]
+    start = Vector(data.qacc_warmstart[j] for j in problem.free)
     a = minimiser(problem, start, iterations, line_search)
     efc_force = row_forces(problem, a, data._impl.efc_J.shape[0])
     qacc = jnp.zeros(model.nv, a[0].dtype).at[np.array(problem.free)].set(jnp.stack(a))

@@ -1,6 +1,7 @@
 """What a robot measures during one push: one type for simulated and real pushes.
 
-In: signals of a simulation or of a file. Out: `PushRecord`, without any truth in it.
+In: signals of a simulation or of a file. Out: `PushRecord`, without any truth in it; length and
+status of simulated pushes, judged from these signals alone.
 """
 
 import enum
@@ -8,10 +9,18 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from flax import struct
 from jaxtyping import Float, Int
 
 from mjx_inertia.spatial import AnyArray
+
+_LEAST_SAMPLES = 96  # of records that continue to few lengths
+_SERIES = ("time", "force", "moment", "pose", "twist", "tip_position", "tip_velocity")
+_LOST_AFTER = 0.1  # s without any force after which contact counts as lost
+_STILL = 0.003  # m; an object that moved less did not move
+_FAR = 5.0  # m; nothing on a table gets there
+_EXCESSIVE_FORCE = 1e4  # N
 
 
 class PushStatus(enum.IntEnum):
@@ -50,10 +59,6 @@ class PushRecord:
     status: Int[AnyArray, "*n"]  # a `PushStatus`
 
 
-_LEAST_SAMPLES = 96
-_SERIES = ("time", "force", "moment", "pose", "twist", "tip_position", "tip_velocity")
-
-
 def with_few_lengths(records: PushRecord) -> PushRecord:
     """Records of n pushes, continued to 96, 384, 1,536, ... samples by repeating the last one.
 
@@ -78,3 +83,38 @@ def _with_samples(records: PushRecord, count: int) -> PushRecord:
 def first_samples(records: PushRecord, count: int) -> PushRecord:
     """The first samples of the records of n pushes; `length` is at most `count`."""
     return records.replace(**{name: getattr(records, name)[:, :count] for name in _SERIES})
+
+
+def _valid(record: PushRecord) -> np.ndarray:
+    return np.arange(record.time.shape[1]) < np.asarray(record.length)[:, None]
+
+
+def _release(record: PushRecord, rate: float) -> np.ndarray:
+    """Sample at which contact ends for good (the planned length where it does not), (n,)."""
+    length = np.asarray(record.length)
+    touching = (np.abs(np.asarray(record.force)).sum(-1) > 0) & _valid(record)
+    t = touching.shape[1]
+    last = t - 1 - np.argmax(touching[:, ::-1], axis=1)
+    lost = touching.any(1) & (length - 1 - last > _LOST_AFTER * rate)
+    return np.where(lost, last + 1, length)
+
+
+def push_length(record: PushRecord, rate: float) -> Int[np.ndarray, " n"]:
+    """Samples up to the end of the push or of the contact, whichever comes first."""
+    return _release(record, rate).astype(np.int32)
+
+
+def push_status(record: PushRecord, rate: float) -> Int[np.ndarray, " n"]:
+    """Status of each simulated push; the gravest one where several apply."""
+    valid = _valid(record)
+    pose, force = np.asarray(record.pose), np.asarray(record.force)
+    with np.errstate(invalid="ignore", over="ignore"):
+        sane = np.isfinite(pose).all(-1) & np.isfinite(force).all(-1)
+        sane &= (np.abs(pose[..., :2]) < _FAR).all(-1) & (np.abs(force) < _EXCESSIVE_FORCE).all(-1)
+        squared = np.square(pose[..., :2] - pose[:, :1, :2]).sum(-1)
+        moved = np.sqrt(np.where(valid, squared, 0.0).max(1))
+    status = np.full(len(pose), int(PushStatus.OK), np.int32)
+    status[_release(record, rate) < np.asarray(record.length)] = PushStatus.LOST_CONTACT
+    status[moved < _STILL] = PushStatus.NEVER_MOVED
+    status[~(sane | ~valid).all(1)] = PushStatus.DIVERGED
+    return status

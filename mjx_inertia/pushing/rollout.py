@@ -10,15 +10,13 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.pushing import contact_solver
+from mjx_inertia.pushing.closed_form import free_problem, integrate_rotation, planar_problem
 from mjx_inertia.pushing.contact_problem import cone_forces, constraint_residual
-from mjx_inertia.pushing.free_box import free_problem, integrate_rotation
-from mjx_inertia.pushing.motion import Motion
 from mjx_inertia.pushing.parameters import PushParameters, resting_height, with_parameters
-from mjx_inertia.pushing.planar_prism import planar_problem
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.scene import Scene
-from mjx_inertia.pushing.small_linalg import inner_product
-from mjx_inertia.spatial.computed_once import computed_once
+from mjx_inertia.pushing.setup import Motion
+from mjx_inertia.spatial.unrolled import Vector, computed_once
 
 
 @struct.dataclass
@@ -28,9 +26,9 @@ class State:
     One array for each coordinate, so that in a batch the values of one coordinate lie side by side.
     """
 
-    qpos: tuple[Float[Array, "*n"], ...]
-    qvel: tuple[Float[Array, "*n"], ...]
-    qacc: tuple[Float[Array, "*n"], ...]
+    qpos: Vector
+    qvel: Vector
+    qacc: Vector
 
 
 @struct.dataclass
@@ -53,13 +51,11 @@ def initial_state(scene: Scene, pose: Float[Array, "3"], tip_start: Float[Array,
     height = zero + resting_height(scene)
     turn = (yaw,) if scene.planar else (jnp.cos(0.5 * yaw), zero, zero, jnp.sin(0.5 * yaw))
     tip = (jnp.asarray(tip_start[i], dtype) for i in range(2))
-    still = (zero,) * scene.model.nv
-    return State(qpos=(x, y, height, *turn, *tip), qvel=still, qacc=still)
+    still = Vector((zero,) * scene.model.nv)
+    return State(qpos=Vector((x, y, height, *turn, *tip)), qvel=still, qacc=still)
 
 
-def _mjx_forward(
-    scene: Scene, model: mjx.Model, state: State
-) -> tuple[tuple[Array, ...], tuple[Array, Array, Array]]:
+def _mjx_forward(scene: Scene, model: mjx.Model, state: State) -> tuple[Vector, Vector]:
     """Accelerations and the tip's wrench at a state, by MJX's stages and our contact solver."""
     qpos, qvel, qacc = (jnp.stack(x) for x in (state.qpos, state.qvel, state.qacc))
     data = scene.data.replace(qpos=qpos, qvel=qvel, qacc_warmstart=qacc)
@@ -81,38 +77,35 @@ def _mjx_forward(
     force = jnp.where(touches, data._impl.efc_force, 0.0)
     qfrc = (jacobian * force[:, None]).sum(0)
     # yaw comes before the tip
-    return tuple(data.qacc[i] for i in range(scene.model.nv)), (-qfrc[x], -qfrc[y], qfrc[x - 1])
+    acceleration = Vector(data.qacc[i] for i in range(scene.model.nv))
+    return acceleration, Vector((-qfrc[x], -qfrc[y], qfrc[x - 1]))
 
 
-def _known_forward(
-    scene: Scene, parameters: PushParameters, state: State
-) -> tuple[tuple[Array, ...], tuple[Array, Array, Array]]:
+def _known_forward(scene: Scene, parameters: PushParameters, state: State) -> tuple[Vector, Vector]:
     """The same for an object whose contacts are known in closed form."""
     problem_at = planar_problem if scene.planar else free_problem
     problem = problem_at(scene, parameters, state.qpos, state.qvel)
     n, settings = len(problem.free), scene.settings
     a = contact_solver.minimiser(
-        problem, list(state.qacc[:n]), settings.solver_iterations, settings.line_search
+        problem, state.qacc[:n], settings.solver_iterations, settings.line_search
     )
     tip = problem.constraints[0]
-    force, _ = cone_forces(tip, constraint_residual(tip, a))
-    force = [computed_once(f) for f in force]
-    x, y, yaw = (
-        inner_product([row[i] for row in tip.jacobian], force).sum() for i in (0, 1, n - 1)
-    )
-    still = jnp.zeros_like(x)
-    return (*a, still, still), (x, y, yaw)
+    force = computed_once(cone_forces(tip, constraint_residual(tip, a))[0])
+    columns = tip.jacobian.T
+    wrench = Vector((columns[i] @ force).sum() for i in (0, 1, n - 1))
+    still = jnp.zeros_like(wrench[0])
+    return Vector((*a, still, still)), wrench
 
 
-def _moved(scene: Scene, state: State, acceleration: tuple[Array, ...]) -> State:
+def _moved(scene: Scene, state: State, acceleration: Vector) -> State:
     """One step of semi-implicit Euler integration."""
     step, q = scene.settings.timestep, state.qpos
-    v = tuple(v + step * a for v, a in zip(state.qvel, acceleration, strict=True))
+    v = state.qvel + step * acceleration
     if scene.planar:
-        q = tuple(x + step * u for x, u in zip(q, v, strict=True))
+        q = q + step * v
     else:
-        moved = [x + step * u for x, u in zip((*q[:3], *q[7:]), (*v[:3], *v[6:]), strict=True)]
-        q = (*moved[:3], *integrate_rotation(q[3:7], v[3:6], step), *moved[3:])
+        moved = Vector((*q[:3], *q[7:])) + step * Vector((*v[:3], *v[6:]))
+        q = Vector((*moved[:3], *integrate_rotation(q[3:7], v[3:6], step), *moved[3:]))
     return State(qpos=q, qvel=v, qacc=acceleration)
 
 
@@ -127,14 +120,14 @@ def _pose(scene: Scene, state: State) -> Float[Array, "3"]:
 
 def step(
     scene: Scene, parameters: PushParameters, state: State, tip_velocity: Float[Array, "2"]
-) -> tuple[State, tuple[Array, Array, Array]]:
+) -> tuple[State, Vector]:
     """One time step while the tip moves at a given velocity (m/s, world).
 
     Returns:
       The next state, and what the tip does to the object: force (N, x and y, world) and moment
       about the object-frame origin (N m).
     """
-    state = state.replace(qvel=(*state.qvel[:-2], tip_velocity[0], tip_velocity[1]))
+    state = state.replace(qvel=Vector((*state.qvel[:-2], tip_velocity[0], tip_velocity[1])))
     if scene.is_known:
         acceleration, wrench = _known_forward(scene, parameters, state)
     else:
@@ -172,10 +165,12 @@ def rollout(
             time = (index * substeps + i) * timestep
             tip = motion.velocity(time, timestep).astype(state.qvel[0].dtype)
             state, wrench = step(scene, parameters, state, tip)
-            return (state, tuple(t + w for t, w in zip(total, wrench, strict=True))), None
+            return (state, total + wrench), None
 
         zero = jnp.zeros_like(state.qpos[0])
-        (state, total), _ = jax.lax.scan(substep, (state, (zero,) * 3), jnp.arange(substeps))
+        (state, total), _ = jax.lax.scan(
+            substep, (state, Vector((zero,) * 3)), jnp.arange(substeps)
+        )
         v = state.qvel
         spin = v[3] if scene.planar else v[5]  # an upright object turns about its own z axis
         return state, Sample(

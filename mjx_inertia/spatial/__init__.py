@@ -26,35 +26,30 @@ from mjx_inertia.spatial.inertia import (
     kinetic_energy as kinetic_energy,
     point_mass_inertia as point_mass_inertia,
 )
-from mjx_inertia.spatial.log_cholesky import (
-    LOG_CHOLESKY_NAMES as LOG_CHOLESKY_NAMES,
-    from_log_cholesky as from_log_cholesky,
-    to_log_cholesky as to_log_cholesky,
-)
 from mjx_inertia.spatial.planar import (
     PlanarInertia as PlanarInertia,
     change_frame_planar as change_frame_planar,
     from_planar as from_planar,
+    planar_cross as planar_cross,
+    planar_rotate as planar_rotate,
     to_planar as to_planar,
 )
-from mjx_inertia.spatial.plane import planar_cross as planar_cross, planar_rotate as planar_rotate
 from mjx_inertia.spatial.pose import Pose as Pose
-from mjx_inertia.spatial.principal import (
-    PrincipalInertia as PrincipalInertia,
-    from_principal as from_principal,
-    to_principal as to_principal,
-)
 from mjx_inertia.spatial.representations import (
+    LOG_CHOLESKY_NAMES as LOG_CHOLESKY_NAMES,
     TEN_VECTOR_NAMES as TEN_VECTOR_NAMES,
+    PrincipalInertia as PrincipalInertia,
+    from_log_cholesky as from_log_cholesky,
+    from_principal as from_principal,
     from_pseudo_inertia as from_pseudo_inertia,
     from_spatial_inertia as from_spatial_inertia,
     from_ten_vector as from_ten_vector,
+    inertia_from_second_moment as inertia_from_second_moment,
+    second_moment_from_inertia as second_moment_from_inertia,
     skew as skew,
+    to_log_cholesky as to_log_cholesky,
+    to_principal as to_principal,
     to_pseudo_inertia as to_pseudo_inertia,
     to_spatial_inertia as to_spatial_inertia,
     to_ten_vector as to_ten_vector,
-)
-from mjx_inertia.spatial.second_moment import (
-    inertia_from_second_moment as inertia_from_second_moment,
-    second_moment_from_inertia as second_moment_from_inertia,
 )

@@ -1,7 +1,7 @@
 """What a push on a table can see of a body: its mass, I_zz and the CoM in the plane.
 
 In: `InertialParameters` in a frame with z up. Out: `PlanarInertia`, and a way back that has to
-assume what the plane does not show.
+assume what the plane does not show. Vectors of the plane: their cross product and rotation.
 """
 
 import dataclasses
@@ -11,6 +11,7 @@ import jaxlie
 from flax import struct
 from jaxtyping import Array, Float
 
+from mjx_inertia.spatial.arrays import AnyArray
 from mjx_inertia.spatial.inertia import InertialParameters
 
 
@@ -60,3 +61,14 @@ def from_planar(
 def change_frame_planar(planar: PlanarInertia, T_new_old: jaxlie.SE2) -> PlanarInertia:
     """Planar parameters in frame `new` of a body that `planar` describes in frame `old`."""
     return dataclasses.replace(planar, com=T_new_old.apply(planar.com))
+
+
+def planar_cross(a: Float[AnyArray, "*n 2"], b: Float[AnyArray, "*n 2"]) -> Float[AnyArray, "*n"]:
+    """The z component of a × b: moment of a force b at a."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def planar_rotate(angle: Float[AnyArray, "*n"], p: Float[AnyArray, "2"]) -> Float[Array, "*n 2"]:
+    """One vector turned counterclockwise by each angle (rad)."""
+    cos, sin = jnp.cos(angle), jnp.sin(angle)
+    return jnp.stack([cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]], axis=-1)

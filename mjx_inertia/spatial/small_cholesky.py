@@ -1,77 +1,111 @@
 """Cholesky's factor of a small matrix, for many right-hand sides, written out in components.
 
-In: rows of a symmetric positive definite matrix; what is known to be zero stays out of the sums.
-Out: its factor, and solutions with it. Every entry is computed once: left alone, XLA's CPU
-compiler computes those of the first columns anew for each of the last. A matrix that is not
-positive definite gives values that are not finite.
+In: a symmetric positive definite matrix; what is known to be zero stays out of the sums. Out: its
+factor, and solutions with it. Where the matrix is not positive definite they are not finite.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import jax
 
-from mjx_inertia.spatial.components import Component, minus, once, plus, times
+from mjx_inertia.spatial.unrolled import (
+    Component,
+    Matrix,
+    SymmetricMatrix,
+    Vector,
+    computed_once,
+    minus,
+    times,
+)
 
-Row = Sequence[Component]
+
+@dataclass(frozen=True)
+class Cholesky:
+    """The factor L of a symmetric positive definite matrix A = L Lᵀ, for many right-hand sides."""
+
+    lower: tuple[Vector, ...]  # rows of L below its diagonal
+    inverse_diagonal: Vector  # inverses of the entries on it
+    marked: bool  # every entry of solutions is `computed_once`
+
+    def solve_lower(self, vector: Sequence[Component]) -> Vector:
+        """Solution x of L x = `vector`."""
+        x: list[Component] = []
+        for row, inverse, right in zip(self.lower, self.inverse_diagonal, vector, strict=True):
+            rest = right
+            for factor, known in zip(row, x, strict=True):
+                rest = minus(rest, times(factor, known))
+            x.append(self._entry(times(rest, inverse)))
+        return Vector(x)
+
+    def solve_upper(self, vector: Sequence[Component]) -> Vector:
+        """Solution x of Lᵀ x = `vector`."""
+        x = list(vector)
+        for i in reversed(range(len(x))):
+            for k in range(i + 1, len(x)):
+                x[i] = minus(x[i], times(self.lower[k][i], x[k]))
+            x[i] = self._entry(times(x[i], self.inverse_diagonal[i]))
+        return Vector(x)
+
+    def solve(self, vector: Sequence[Component]) -> Vector:
+        """Solution x of A x = `vector`."""
+        return self.solve_upper(self.solve_lower(vector))
+
+    def inverse(self) -> SymmetricMatrix:
+        """A⁻¹: the sum of the outer products of the rows of L⁻¹."""
+        columns = [self.solve_lower(unit) for unit in SymmetricMatrix.identity(len(self.lower))]
+        return SymmetricMatrix(
+            [self._entry(a[i:] @ b[i:]) for b in columns[: i + 1]] for i, a in enumerate(columns)
+        )
+
+    def _entry(self, x: Component) -> Component:
+        return computed_once(x) if self.marked else x
 
 
-class Factor(NamedTuple):
-    """L with L Lᵀ the matrix."""
+def cholesky(matrix: Matrix, *, marked: bool = True) -> Cholesky:
+    """The factor of a small matrix, of which the lower half is read.
 
-    lower: list[list[Component]]  # rows of L below its diagonal
-    inverse_diagonal: list[Component]  # inverses of the entries on it
-
-
-def factorize(matrix: Sequence[Row]) -> Factor:
-    """The factor; the lower half of `matrix` is read."""
-    lower: list[list[Component]] = []
+    Args:
+      matrix: symmetric, positive definite.
+      marked: mark every entry as `computed_once`. Left alone, XLA's CPU compiler computes those of
+        the first columns anew for each of the last; up to about six rows, that costs less than the
+        marks.
+    """
+    lower: list[Vector] = []
     inverse_diagonal: list[Component] = []
     for i, entries in enumerate(matrix):
-        row: list[Component] = []
-        for j in range(i):
-            rest = minus(entries[j], inner(row, lower[j]))
-            row.append(once(times(rest, inverse_diagonal[j])))
-        pivot = minus(entries[i], inner(row, row))
+        done = Cholesky(tuple(lower), Vector(inverse_diagonal), marked)
+        row = done.solve_lower(entries[:i])
+        pivot = entries[i]
+        for entry in row:
+            pivot = minus(pivot, times(entry, entry))
         lower.append(row)
-        inverse_diagonal.append(
-            pivot**-0.5 if isinstance(pivot, float) else once(jax.lax.rsqrt(pivot))
-        )
-    return Factor(lower, inverse_diagonal)
+        inverse = pivot**-0.5 if isinstance(pivot, float) else jax.lax.rsqrt(pivot)
+        inverse_diagonal.append(computed_once(inverse) if marked else inverse)
+    return Cholesky(tuple(lower), Vector(inverse_diagonal), marked)
 
 
-def solve_lower(factor: Factor, vector: Row) -> list[Component]:
-    """Solution x of L x = `vector`."""
-    x: list[Component] = []
-    for row, scale, right in zip(*factor, vector, strict=True):
-        x.append(once(times(minus(right, inner(row, x)), scale)))
-    return x
+# Functions of plain sequences, for arms and space robots.
+
+Factor = Cholesky
 
 
-def solve_upper(factor: Factor, vector: Row) -> list[Component]:
-    """Solution x of Lᵀ x = `vector`."""
-    n = len(vector)
-    x: list[Component] = []  # from the last on
-    for i in reversed(range(n)):
-        column = [factor.lower[k][i] for k in reversed(range(i + 1, n))]
-        x.append(once(times(minus(vector[i], inner(column, x)), factor.inverse_diagonal[i])))
-    return x[::-1]
+def factorize(matrix: Sequence[Sequence[Component]]) -> Cholesky:
+    return cholesky(SymmetricMatrix(matrix))
 
 
-def inverse(factor: Factor) -> list[list[Component]]:
-    """The inverse of the whole matrix: Σ of the outer products of the rows of L⁻¹."""
-    n = len(factor.inverse_diagonal)
-    columns = [solve_lower(factor, [1.0 if i == j else 0.0 for i in range(n)]) for j in range(n)]
-    result: list[list[Component]] = [[0.0] * n for _ in range(n)]
-    for i in range(n):
-        for j in range(i + 1):
-            result[i][j] = result[j][i] = once(inner(columns[i][i:], columns[j][i:]))
-    return result
+def solve_lower(factor: Cholesky, vector: Sequence[Component]) -> list[Component]:
+    return list(factor.solve_lower(vector))
 
 
-def inner(a: Row, b: Row) -> Component:
-    """Inner product over the shorter of the two."""
-    total: Component = 0.0
-    for x, y in zip(a, b, strict=False):
-        total = plus(total, times(x, y))
-    return total
+def solve_upper(factor: Cholesky, vector: Sequence[Component]) -> list[Component]:
+    return list(factor.solve_upper(vector))
+
+
+def inverse(factor: Cholesky) -> SymmetricMatrix:
+    return factor.inverse()
+
+
+def inner(a: Sequence[Component], b: Sequence[Component]) -> Component:
+    n = min(len(a), len(b))
+    return Vector(a[:n]) @ b[:n]

@@ -16,11 +16,15 @@ from mjx_inertia.pushing import (
     recompile,
     resting_height,
 )
-from mjx_inertia.pushing.free_box import integrate_rotation
-from mjx_inertia.pushing.nearest import nearest_on_box, nearest_on_polygons
+from mjx_inertia.pushing.closed_form import (
+    integrate_rotation,
+    nearest_on_box,
+    nearest_on_polygons,
+)
 from mjx_inertia.pushing.parameters import with_parameters
 from mjx_inertia.pushing.quiet_mjx import mjx
 from mjx_inertia.pushing.rollout import State, _known_forward, _mjx_forward, _moved
+from mjx_inertia.spatial.unrolled import Vector
 
 
 def states(scene, parameters, rng, count):
@@ -43,9 +47,9 @@ def states(scene, parameters, rng, count):
         body = np.c_[pose[:, :2], depth, turn / np.linalg.norm(turn, axis=1, keepdims=True)]
     nv = scene.model.nv
     return State(
-        qpos=tuple(np.c_[body, tip].T),
-        qvel=tuple(rng.normal(0, 0.05, (nv, count))),
-        qacc=tuple(np.zeros((nv, count))),
+        qpos=Vector(np.c_[body, tip].T),
+        qvel=Vector(rng.normal(0, 0.05, (nv, count))),
+        qacc=Vector(np.zeros((nv, count))),
     )
 
 
@@ -132,7 +136,7 @@ def test_prisms_move_as_in_mjx(table, name):
     # the object frame is the world's: turning is tested with boxes
     qpos = np.c_[np.zeros((n, 2)), depth, np.zeros(n), tip]
     nv = scene.model.nv
-    state = State(tuple(qpos.T), tuple(rng.normal(0, 0.05, (nv, n))), tuple(np.zeros((nv, n))))
+    state = State(Vector(qpos.T), Vector(rng.normal(0, 0.05, (nv, n))), Vector(np.zeros((nv, n))))
     parameters = jax.tree.map(
         lambda x: np.broadcast_to(x, (n, *np.shape(x))), object_parameters(obj, friction=0.4)
     )
@@ -152,7 +156,7 @@ def test_nearest_point_of_polygons_equals_that_of_shapely():
     pentagon = np.array([[np.cos(a), np.sin(a)] for a in 0.3 + 2 * np.pi / 5 * np.arange(5)])
     points = np.random.default_rng(1).uniform(-2, 2, (200, 2))
     stacked = np.stack([triangle, pentagon])
-    distance, normal = jax.vmap(lambda p: nearest_on_polygons((p[0], p[1]), stacked))(points)
+    distance, normal = jax.vmap(lambda p: nearest_on_polygons(Vector(p), stacked))(points)
     for j, polygon in enumerate((shapely.Polygon(triangle), shapely.Polygon(pentagon))):
         for i, point in enumerate(shapely.points(points)):
             inside = polygon.contains(point)
@@ -168,7 +172,7 @@ def test_integration_equals_that_of_mjx(scene_of, table):
     scene = scene_of(table)
     parameters = cubes(8, seed=3)
     state = states(scene, parameters, np.random.default_rng(3), 8)
-    qacc = tuple(np.random.default_rng(4).normal(size=(len(state.qvel), 8)))
+    qacc = Vector(np.random.default_rng(4).normal(size=(len(state.qvel), 8)))
 
     def theirs(p, s, a):
         stacked = {"qpos": jnp.stack(s.qpos), "qvel": jnp.stack(s.qvel), "qacc": jnp.stack(a)}
@@ -185,14 +189,14 @@ def test_integration_equals_that_of_mjx(scene_of, table):
 @pytest.mark.float64
 def test_rotation_has_derivatives_at_rest():
     """An object at rest turns by nothing, and the derivative is that of a small turn."""
-    rest = [jnp.asarray(x) for x in (1.0, 0.0, 0.0, 0.0)]
-    slope = jax.jacfwd(lambda w: jnp.stack(integrate_rotation(rest, list(w), 0.01)))(jnp.zeros(3))
+    rest = Vector(jnp.array([1.0, 0.0, 0.0, 0.0]))
+    slope = jax.jacfwd(lambda w: jnp.stack(integrate_rotation(rest, Vector(w), 0.01)))(jnp.zeros(3))
     np.testing.assert_allclose(slope, 0.005 * np.eye(4)[:, 1:], atol=1e-15)
 
 
 def test_nearest_side_of_a_box_inside_and_out():
     """Over a face, off an edge, off a corner, inside."""
-    half = [jnp.asarray(x) for x in (1.0, 2.0, 3.0)]
+    half = Vector(jnp.array([1.0, 2.0, 3.0]))
     cases = {
         (1.5, 0.3, -1.0): (0.5, (-1, 0, 0)),
         (-4.0, 6.0, 0.0): (5.0, (0.6, -0.8, 0)),
@@ -200,6 +204,6 @@ def test_nearest_side_of_a_box_inside_and_out():
         (0.9, 0.0, 0.0): (-0.1, (-1, 0, 0)),
     }
     for point, (distance, normal) in cases.items():
-        found, direction = nearest_on_box([jnp.asarray(x) for x in point], half)
+        found, direction = nearest_on_box(Vector(jnp.array(point)), half)
         np.testing.assert_allclose(found, distance, rtol=1e-6)
         np.testing.assert_allclose(direction, normal, atol=1e-6)
