@@ -28,6 +28,7 @@ from mjx_inertia.estimators.sysid import (
 )
 from mjx_inertia.evaluation import draw_fit, fit_signals
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, with_few_lengths, with_samples
+from mjx_inertia.spatial import AnyArray
 
 _DEFAULT = SysidSettings(progress=False)
 _ORIGIN = np.zeros(2)  # where the centroid of the outline lies in the tracked frame of a `Push`
@@ -216,13 +217,12 @@ def _stacked(pushes: Sequence[Push]) -> tuple[PushRecord, PushSetup]:
     if len(alike) > 1 or len(shapes) > 1 or not np.allclose(half, half[0]):
         raise ValueError("push: the outlines differ; give pushes of one body with the same setup")
 
-    def double(*leaves: np.ndarray) -> np.ndarray:
-        x = np.stack(leaves)
+    def double(*rows: AnyArray) -> np.ndarray:
+        x = np.concatenate([np.asarray(row) for row in rows])
         return x.astype(np.float64) if x.dtype.kind == "f" else x
 
     longest = max(len(p.record.time) for p in pushes)
-    batches = [jax.tree.map(lambda x: np.asarray(x)[None], p.record) for p in pushes]
-    even = [jax.tree.map(lambda x: np.asarray(x)[0], with_samples(b, longest)) for b in batches]
-    record = jax.tree.map(double, *even)
-    setup = jax.tree.map(double, *[p.setup for p in pushes])
+    batches = [jax.tree.map(lambda x: np.asarray(x)[None], (p.record, p.setup)) for p in pushes]
+    record = jax.tree.map(double, *[with_samples(record, longest) for record, _ in batches])
+    setup = jax.tree.map(double, *[setup for _, setup in batches])
     return jax.tree.map(np.asarray, with_few_lengths(record)), setup

@@ -73,8 +73,8 @@ def simulate_push(
       seed: of the noise.
 
     Raises:
-      ValueError: a contact point off the outline, a direction in which the tip misses the object,
-        a speed or a duration that is not positive; each by its name.
+      ValueError: a contact point off the outline, a direction that does not lead into the object
+        or in which the tip misses it, a speed or a duration that is not positive; each by its name.
     """
     for name, value in (("speed", speed), ("duration", duration)):
         if not (np.isfinite(value) and value > 0.0):
@@ -109,7 +109,7 @@ def simulate_push(
 
     arm = com[:2] - point
     return Push(
-        record=jax.tree.map(lambda x: np.asarray(x)[0], record),
+        record=jax.tree.map(lambda x: np.asarray(x[0]), record),
         setup=PushSetup(
             motion=motion,
             pose=pose,
@@ -161,6 +161,11 @@ def _first_touch(
     if path.shape != (2,) or not (np.isfinite(length) and length > 0.0):
         raise ValueError(f"direction={direction}: give two finite numbers, not both zero")
     path = path / length
+    if path @ nearest.normal[0] < 1e-9:
+        raise ValueError(
+            f"direction={direction} does not lead into {obj.name} at contact_point="
+            f"{contact_point}; the inward normal there is {nearest.normal[0].tolist()}"
+        )
     found = first_contact(polygons, nearest.point[0] - radius * nearest.normal[0], path, radius)
     if found is None:
         raise ValueError(f"direction={direction}: the tip passes by {obj.name} on this path")
