@@ -19,6 +19,7 @@ from mjx_inertia.pushing.record import (
     PushStatus as PushStatus,
     first_samples as first_samples,
     with_few_lengths as with_few_lengths,
+    with_samples as with_samples,
 )
 from mjx_inertia.pushing.scene import (
     Scene as Scene,

@@ -67,11 +67,13 @@ def with_few_lengths(records: PushRecord) -> PushRecord:
     wanted = _LEAST_SAMPLES
     while wanted < records.time.shape[1]:
         wanted *= 4
-    return _with_samples(records, wanted)
+    return with_samples(records, wanted)
 
 
 @partial(jax.jit, static_argnames="count")
-def _with_samples(records: PushRecord, count: int) -> PushRecord:
+def with_samples(records: PushRecord, count: int) -> PushRecord:
+    """Records of n pushes, continued to `count` samples by repeating the last one."""
+
     def continued(x: jax.Array) -> jax.Array:
         more = ((0, 0), (0, count - x.shape[1]), *((0, 0),) * (x.ndim - 2))
         return jnp.pad(x, more, mode="edge")

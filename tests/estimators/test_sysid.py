@@ -22,7 +22,7 @@ from mjx_inertia.estimators.sysid import (
     FittedSysid,
     SysidSettings,
     explain_identifiability,
-    identify,
+    identify_examples,
     sysid,
     to_coordinates,
     to_value,
@@ -102,7 +102,7 @@ def noisy(plan, records, seed):
 
 
 def found_in(rows, key=0, settings=SETTINGS):
-    (found,) = identify(START, rows, settings, key=jax.random.key(key))
+    (found,) = identify_examples(START, rows, settings, key=jax.random.key(key))
     return found.fit
 
 

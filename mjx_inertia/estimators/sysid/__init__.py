@@ -5,7 +5,8 @@ from mjx_inertia.estimators.sysid.batched_search import Search as Search, search
 from mjx_inertia.estimators.sysid.estimator import (
     FittedSysid as FittedSysid,
     Identified as Identified,
-    identify as identify,
+    identify_examples as identify_examples,
+    planar_estimates as planar_estimates,
     sysid as sysid,
 )
 from mjx_inertia.estimators.sysid.fisher_identifiability import (

@@ -46,7 +46,7 @@ class Search:
 
 def search(
     scene: Scene,
-    z: Float[AnyArray, "n p"],
+    z: Float[AnyArray, "b p"],
     observation: Observation,
     setup: PushSetup,
     centroid: Float[AnyArray, "2"],

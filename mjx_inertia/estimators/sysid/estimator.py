@@ -26,7 +26,8 @@ from mjx_inertia.estimators.sysid.two_stage_fit import Fit, fit
 from mjx_inertia.estimators.sysid.unknowns import bounds, from_planar_values, planar_values
 from mjx_inertia.features import Examples, take_examples
 from mjx_inertia.objects import ObjectModel, prism
-from mjx_inertia.pushing import PushSetup, PushStatus, build_scene
+from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, build_scene
+from mjx_inertia.spatial import AnyArray
 
 _DEFAULT = SysidSettings()
 _AT_BOUND = 0.05  # closer to a bound than this, in standard deviations of the belief
@@ -85,12 +86,22 @@ def _status(found: Fit, settings: SysidSettings, relative_mass: np.ndarray) -> n
     return status
 
 
-def _answers(
-    found: Fit, examples: Examples, settings: SysidSettings, centroid: np.ndarray
+def planar_estimates(
+    found: Fit,
+    record: PushRecord,
+    setup: PushSetup,
+    centroid: Float[AnyArray, "2"],
+    settings: SysidSettings,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, covariance and status of fitted pushes of one object."""
-    record, setup = examples.records, examples.setup
-    assert record is not None and setup is not None
+    """Mean, covariance and status of fitted bodies, in double precision where that is on.
+
+    Args:
+      found: the fits, one row a body.
+      record: of a push of each body; the CoM counts from its contact point.
+      setup: of that push.
+      centroid: of the outline, object frame, m.
+      settings: of the identification.
+    """
 
     def one(z: Array, setup: PushSetup, point: Array, normal: Array) -> tuple[Array, Array]:
         args = (setup, jnp.asarray(centroid), point, normal, settings)
@@ -115,7 +126,7 @@ def _answers(
 _scene = functools.lru_cache(maxsize=64)(build_scene)
 
 
-def identify(
+def identify_examples(
     fitted: FittedSysid, examples: Examples, settings: SysidSettings, *, key: KeyArray
 ) -> list[Identified]:
     """Identifies all pushes, object by object.
@@ -198,11 +209,12 @@ def sysid(settings: SysidSettings = _DEFAULT) -> Estimator:
         n = len(np.asarray(examples.status))
         mean, covariance = np.full((n, 4), np.nan), np.tile(np.diag(np.full(4, np.inf)), (n, 1, 1))
         status = np.full(n, int(EstimateStatus.BAD_INPUT), np.int32)
-        for rows, part, centroid, mine, found in identify(
+        for rows, part, centroid, mine, found in identify_examples(
             fitted, examples, settings, key=jax.random.key(0)
         ):
+            assert part.records is not None and part.setup is not None
             with jax.enable_x64(True):
-                values = _answers(found, part, mine, centroid)
+                values = planar_estimates(found, part.records, part.setup, centroid, mine)
             seen = np.asarray(found.search.iterations) > 0
             seen &= np.asarray(part.status) == PushStatus.OK
             fine = seen & (values[2] == EstimateStatus.OK)

@@ -52,7 +52,7 @@ def _with_better(found: Search, rows: np.ndarray, other: Search) -> Search:
 
 def fit(
     scene: Scene,
-    start: Float[AnyArray, "n p"],
+    start: Float[AnyArray, "b p"],
     observation: Observation,
     setup: PushSetup,
     centroid: Float[AnyArray, "2"],
