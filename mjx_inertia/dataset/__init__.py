@@ -17,7 +17,6 @@ from mjx_inertia.dataset.plan import (
     Cubes30Protocol as Cubes30Protocol,
     CubesProtocol as CubesProtocol,
     PushPlan as PushPlan,
-    Range as Range,
     cubes_plan as cubes_plan,
     known_setup as known_setup,
     select_pushes as select_pushes,
@@ -28,9 +27,8 @@ from mjx_inertia.dataset.source import (
     MeasuredSettings as MeasuredSettings,
     SimulatedSettings as SimulatedSettings,
     Source as Source,
-    generate as generate,
     measured_source as measured_source,
     provenance as provenance,
     simulated_source as simulated_source,
 )
-from mjx_inertia.dataset.store import open_store as open_store, read_batches as read_batches
+from mjx_inertia.dataset.store import open_store as open_store

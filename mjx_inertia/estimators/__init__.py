@@ -5,12 +5,8 @@ from mjx_inertia.estimators.estimate import (
     TARGETS as TARGETS,
     Estimate as Estimate,
     EstimateStatus as EstimateStatus,
-    Estimator as Estimator,
-    answer as answer,
 )
-from mjx_inertia.estimators.hyperparameter_search import grid_search as grid_search
 from mjx_inertia.estimators.limit_surface_estimator import (
-    LimitSurfaceSettings as LimitSurfaceSettings,
     WrenchTwistGuess as WrenchTwistGuess,
     com_from_wrench_twist as com_from_wrench_twist,
 )
@@ -21,10 +17,7 @@ from mjx_inertia.estimators.newton import (
     fit_newton as fit_newton,
     predict_newton as predict_newton,
 )
-from mjx_inertia.estimators.random_forest import (
-    ForestSettings as ForestSettings,
-    forest_tree as forest_tree,
-)
+from mjx_inertia.estimators.random_forest import forest_tree as forest_tree
 from mjx_inertia.estimators.registry import ESTIMATORS as ESTIMATORS
 from mjx_inertia.estimators.store import (
     STORED_TYPES as STORED_TYPES,

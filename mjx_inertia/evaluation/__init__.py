@@ -11,7 +11,6 @@ from mjx_inertia.evaluation.errors import (
     HeldOutEstimates as HeldOutEstimates,
     percent_difference as percent_difference,
     relative_error_percent as relative_error_percent,
-    target_errors as target_errors,
 )
 from mjx_inertia.evaluation.push_figures import (
     draw_fit as draw_fit,
@@ -26,9 +25,7 @@ from mjx_inertia.evaluation.report import (
 from mjx_inertia.evaluation.report_figures import Section as Section, draw_tree as draw_tree
 from mjx_inertia.evaluation.report_tables import Published as Published
 from mjx_inertia.evaluation.summary import (
-    Interval as Interval,
     TargetSummary as TargetSummary,
-    calibrate as calibrate,
     summarize_all as summarize_all,
 )
 from mjx_inertia.evaluation.tables import (

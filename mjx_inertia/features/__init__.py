@@ -5,7 +5,6 @@ from mjx_inertia.features.example_table import (
     columns_of_set as columns_of_set,
     concatenate as concatenate,
     examples as examples,
-    extract as extract,
     select_columns as select_columns,
     take_examples as take_examples,
 )

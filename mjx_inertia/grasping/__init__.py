@@ -1,24 +1,12 @@
 """An arm that holds an object: candidate grasps, how well they hold, and which to choose."""
 
-from mjx_inertia.grasping.augmented import (
-    effective_mass as effective_mass,
-    operational_dynamics as operational_dynamics,
-    operational_inertia as operational_inertia,
-)
 from mjx_inertia.grasping.contact_model import SoftFinger as SoftFinger
 from mjx_inertia.grasping.grasp import (
     BAXTER_GRIPPER as BAXTER_GRIPPER,
     PARALLEL_JAW_80MM as PARALLEL_JAW_80MM,
     Contacts as Contacts,
-    Grasp as Grasp,
-    Gripper as Gripper,
-    grasps_at as grasps_at,
 )
-from mjx_inertia.grasping.hand_clearance import GraspFit as GraspFit, grasp_fit as grasp_fit
-from mjx_inertia.grasping.holding import (
-    greatest_gripping_force as greatest_gripping_force,
-    gripping_force as gripping_force,
-)
+from mjx_inertia.grasping.holding import greatest_gripping_force as greatest_gripping_force
 from mjx_inertia.grasping.inverse_kinematics import ReachSettings as ReachSettings
 from mjx_inertia.grasping.metrics import (
     METRICS as METRICS,
@@ -32,7 +20,6 @@ from mjx_inertia.grasping.motion import (
 from mjx_inertia.grasping.ranking import (
     CRITERIA as CRITERIA,
     GraspCosts as GraspCosts,
-    GraspRanking as GraspRanking,
     evaluate_grasps as evaluate_grasps,
     grasp_costs as grasp_costs,
     hands_of as hands_of,
@@ -40,7 +27,6 @@ from mjx_inertia.grasping.ranking import (
 )
 from mjx_inertia.grasping.sampler import (
     SamplerSettings as SamplerSettings,
-    grasps_along as grasps_along,
     sample_grasps as sample_grasps,
 )
 from mjx_inertia.grasping.task_path import (
@@ -57,8 +43,4 @@ from mjx_inertia.grasping.uncertainty import (
     linear_cost as linear_cost,
     regret as regret,
     sampled_cost as sampled_cost,
-)
-from mjx_inertia.grasping.wrench_space import (
-    epsilon_quality as epsilon_quality,
-    wrench_hull as wrench_hull,
 )

@@ -31,7 +31,6 @@ from mjx_inertia.objects.mesh_integrals import (
     mass_properties as mass_properties,
     polyhedron_properties as polyhedron_properties,
 )
-from mjx_inertia.objects.mesh_repair import repair_mesh as repair_mesh
 from mjx_inertia.objects.model import (
     ObjectModel as ObjectModel,
     Part as Part,

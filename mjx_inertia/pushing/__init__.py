@@ -7,7 +7,6 @@ from mjx_inertia.pushing.parameters import (
     object_parameters as object_parameters,
     recompile as recompile,
     resting_height as resting_height,
-    with_parameters as with_parameters,
 )
 from mjx_inertia.pushing.plan_view import (
     first_contact as first_contact,
@@ -28,9 +27,7 @@ from mjx_inertia.pushing.scene import (
 )
 from mjx_inertia.pushing.settings import SceneSettings as SceneSettings
 from mjx_inertia.pushing.setup import (
-    Motion as Motion,
     PushSetup as PushSetup,
-    SampledMotion as SampledMotion,
     StraightMotion as StraightMotion,
     measured_motion as measured_motion,
 )

@@ -7,18 +7,15 @@ many.
 
 from mjx_inertia.robots.blocks import over_states as over_states
 from mjx_inertia.robots.dynamics import (
-    bias_force as bias_force,
-    coriolis_matrix as coriolis_matrix,
     forward_dynamics as forward_dynamics,
     gravity_torque as gravity_torque,
     hand_jacobian as hand_jacobian,
     hand_pose as hand_pose,
     inverse_dynamics as inverse_dynamics,
-    jacobian_rate_product as jacobian_rate_product,
     link_poses as link_poses,
     mass_matrix as mass_matrix,
 )
 from mjx_inertia.robots.load import load_robot as load_robot
-from mjx_inertia.robots.mjcf import robot_mjcf as robot_mjcf, robot_spec as robot_spec
+from mjx_inertia.robots.mjcf import robot_spec as robot_spec
 from mjx_inertia.robots.published import baxter as baxter, lwa4d as lwa4d
 from mjx_inertia.robots.robot import BASE as BASE, Robot as Robot, with_payload as with_payload

@@ -11,7 +11,6 @@ from mjx_inertia.spatial.consistency import (
     Consistency as Consistency,
     check_consistency as check_consistency,
     explain_consistency as explain_consistency,
-    thicken as thicken,
 )
 from mjx_inertia.spatial.float64 import (
     change_frame_float64 as change_frame_float64,
@@ -22,34 +21,21 @@ from mjx_inertia.spatial.inertia import (
     InertialParameters as InertialParameters,
     change_frame as change_frame,
     combine as combine,
-    inertia_about as inertia_about,
-    kinetic_energy as kinetic_energy,
-    point_mass_inertia as point_mass_inertia,
 )
 from mjx_inertia.spatial.planar import (
     PlanarInertia as PlanarInertia,
-    change_frame_planar as change_frame_planar,
-    from_planar as from_planar,
     planar_cross as planar_cross,
     planar_rotate as planar_rotate,
     to_planar as to_planar,
 )
 from mjx_inertia.spatial.pose import Pose as Pose
 from mjx_inertia.spatial.representations import (
-    LOG_CHOLESKY_NAMES as LOG_CHOLESKY_NAMES,
-    TEN_VECTOR_NAMES as TEN_VECTOR_NAMES,
-    PrincipalInertia as PrincipalInertia,
     from_log_cholesky as from_log_cholesky,
-    from_principal as from_principal,
     from_pseudo_inertia as from_pseudo_inertia,
-    from_spatial_inertia as from_spatial_inertia,
     from_ten_vector as from_ten_vector,
     inertia_from_second_moment as inertia_from_second_moment,
     second_moment_from_inertia as second_moment_from_inertia,
-    skew as skew,
     to_log_cholesky as to_log_cholesky,
-    to_principal as to_principal,
     to_pseudo_inertia as to_pseudo_inertia,
-    to_spatial_inertia as to_spatial_inertia,
     to_ten_vector as to_ten_vector,
 )

@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset import CubesProtocol, GenerateSettings, Range, generate, open_store
+from mjx_inertia.dataset import CubesProtocol, GenerateSettings, open_store
+from mjx_inertia.dataset.plan import Range
+from mjx_inertia.dataset.source import generate
 from mjx_inertia.dataset.store import StoreError, create_store, read_block
 from mjx_inertia.pushing import SceneSettings
 

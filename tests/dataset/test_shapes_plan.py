@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import shapely
 
-from mjx_inertia.dataset import GenerateSettings, ShapesProtocol, generate
+from mjx_inertia.dataset import GenerateSettings, ShapesProtocol
 from mjx_inertia.dataset.plan import known_setup, select_pushes
 from mjx_inertia.dataset.shapes_plan import shapes_plan
+from mjx_inertia.dataset.source import generate
 from mjx_inertia.dataset.store import open_store, read_block
 from mjx_inertia.objects import cube, load_catalogue, planar_integrals
 from mjx_inertia.pushing import PushStatus, SceneSettings, build_scene, simulate

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 import zarr
 
-from mjx_inertia.dataset import CubesProtocol, Range, SensorNoise, cubes_plan, open_store
+from mjx_inertia.dataset import CubesProtocol, SensorNoise, cubes_plan, open_store
+from mjx_inertia.dataset.plan import Range
 from mjx_inertia.dataset.store import (
     StoreError,
     create_store,

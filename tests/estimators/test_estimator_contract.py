@@ -8,17 +8,10 @@ import numpy as np
 import pytest
 from estimators.problem import problem
 
-from mjx_inertia.estimators import (
-    ESTIMATORS,
-    EstimateStatus,
-    ForestSettings,
-    forest_tree,
-    grid_search,
-    load_fitted,
-    save_fitted,
-)
+from mjx_inertia.estimators import ESTIMATORS, EstimateStatus, forest_tree, load_fitted, save_fitted
 from mjx_inertia.estimators.estimate import targets_of
-from mjx_inertia.estimators.hyperparameter_search import grouped_folds
+from mjx_inertia.estimators.hyperparameter_search import grid_search, grouped_folds
+from mjx_inertia.estimators.random_forest import ForestSettings
 from mjx_inertia.features import take_examples
 from mjx_inertia.pushing import PushStatus
 

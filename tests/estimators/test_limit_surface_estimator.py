@@ -12,13 +12,16 @@ from mjx_inertia.dataset import CubesProtocol, PushTruth, SensorNoise, add_noise
 from mjx_inertia.dataset.plan import Range, select_pushes
 from mjx_inertia.estimators import (
     EstimateStatus,
-    LimitSurfaceSettings,
     WrenchTwistGuess,
     com_from_wrench_twist,
     load_fitted,
     save_fitted,
 )
-from mjx_inertia.estimators.limit_surface_estimator import limit_surface, limit_surface_fit
+from mjx_inertia.estimators.limit_surface_estimator import (
+    LimitSurfaceSettings,
+    limit_surface,
+    limit_surface_fit,
+)
 from mjx_inertia.features import Examples
 from mjx_inertia.objects import cube, load_mcube_objects
 from mjx_inertia.pushing import PushStatus, build_scene, simulate

@@ -6,9 +6,15 @@ import pytest
 from fake_evaluations import fake_evaluation, fake_evaluations
 
 from mjx_inertia.estimators import TARGETS
-from mjx_inertia.evaluation import calibrate, format_table, summarize_all, write_results
+from mjx_inertia.evaluation import format_table, summarize_all, write_results
 from mjx_inertia.evaluation.condition_figures import breakdown
-from mjx_inertia.evaluation.summary import bootstrap_mean, leading_estimator, summarize, z_scores
+from mjx_inertia.evaluation.summary import (
+    bootstrap_mean,
+    calibrate,
+    leading_estimator,
+    summarize,
+    z_scores,
+)
 from mjx_inertia.evaluation.tables import RESULT_COLUMNS
 
 

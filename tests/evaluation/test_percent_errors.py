@@ -4,13 +4,8 @@ from fake_evaluations import fake_evaluation
 
 from mjx_inertia.dataset import PushConditions, PushTruth
 from mjx_inertia.estimators import Estimate
-from mjx_inertia.evaluation import (
-    HeldOutEstimates,
-    percent_difference,
-    relative_error_percent,
-    target_errors,
-)
-from mjx_inertia.evaluation.errors import com_error_mm, count_failures
+from mjx_inertia.evaluation import HeldOutEstimates, percent_difference, relative_error_percent
+from mjx_inertia.evaluation.errors import com_error_mm, count_failures, target_errors
 
 
 def small_evaluation(mean, status=(0, 0, 0, 0), com_y=(0.02, 0.0, -0.0009, -0.02), **extra):

@@ -13,11 +13,10 @@ from mjx_inertia.features import (
     FeatureSettings,
     concatenate,
     examples,
-    extract,
     select_columns,
     take_examples,
 )
-from mjx_inertia.features.example_table import _rows_of_length, feature_names
+from mjx_inertia.features.example_table import _rows_of_length, extract, feature_names
 from mjx_inertia.features.feature_sets import FEATURE_SETS, HORIZONS, ONSET_EDGES
 from mjx_inertia.pushing import PushStatus
 

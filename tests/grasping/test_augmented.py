@@ -8,24 +8,20 @@ import numpy as np
 import pinocchio
 import pytest
 
-from mjx_inertia.grasping import (
-    effective_mass,
-    operational_dynamics,
-    operational_inertia,
-)
+from mjx_inertia.grasping.augmented import effective_mass, operational_dynamics, operational_inertia
 from mjx_inertia.robots import (
     baxter,
-    bias_force,
     gravity_torque,
     hand_jacobian,
     hand_pose,
     inverse_dynamics,
-    jacobian_rate_product,
     mass_matrix,
     robot_spec,
     with_payload,
 )
-from mjx_inertia.spatial import InertialParameters, Pose, change_frame, combine, to_spatial_inertia
+from mjx_inertia.robots.dynamics import bias_force, jacobian_rate_product
+from mjx_inertia.spatial import InertialParameters, Pose, change_frame, combine
+from mjx_inertia.spatial.representations import to_spatial_inertia
 
 pytestmark = pytest.mark.long
 COUNT = 300

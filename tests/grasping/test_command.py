@@ -17,14 +17,13 @@ from mjx_inertia.grasping import (
     SoftFinger,
     evaluate_grasps,
     greatest_gripping_force,
-    gripping_force,
     hands_of,
     object_path,
     rank_grasps,
     sample_grasps,
 )
 from mjx_inertia.grasping.__main__ import main
-from mjx_inertia.grasping.holding import ObjectMotion, object_motion
+from mjx_inertia.grasping.holding import ObjectMotion, gripping_force, object_motion
 from mjx_inertia.grasping.picture import hand_boxes, painted
 from mjx_inertia.grasping.ranking import ranking_table
 from mjx_inertia.objects import load_catalogue

@@ -8,9 +8,9 @@ import pytest
 from contact_pairs import PAD, contact_pairs, facing, one, turned
 from scipy.optimize import minimize
 
-from mjx_inertia.grasping import SoftFinger, gripping_force
+from mjx_inertia.grasping import SoftFinger
 from mjx_inertia.grasping.contact_model import antipodal_margin, grasp_map, is_force_closure
-from mjx_inertia.grasping.holding import ObjectMotion, holding_wrench
+from mjx_inertia.grasping.holding import ObjectMotion, gripping_force, holding_wrench
 from mjx_inertia.grasping.two_soft_fingers import least_normal_force, least_squeeze
 from mjx_inertia.spatial import InertialParameters
 

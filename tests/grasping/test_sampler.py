@@ -11,15 +11,14 @@ import trimesh
 from mjx_inertia.grasping import (
     BAXTER_GRIPPER,
     PARALLEL_JAW_80MM,
-    GraspFit,
     SamplerSettings,
     SoftFinger,
-    grasp_fit,
-    grasps_along,
-    grasps_at,
     sample_grasps,
 )
 from mjx_inertia.grasping.contact_model import antipodal_margin
+from mjx_inertia.grasping.grasp import grasps_at
+from mjx_inertia.grasping.hand_clearance import GraspFit, grasp_fit
+from mjx_inertia.grasping.sampler import grasps_along
 from mjx_inertia.objects import cuboid, load_catalogue
 
 JAW = PARALLEL_JAW_80MM

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from contact_pairs import PAD, contact_pairs, facing, one, turned
 
-from mjx_inertia.grasping import Contacts, SoftFinger, epsilon_quality, wrench_hull
+from mjx_inertia.grasping import Contacts, SoftFinger
 from mjx_inertia.grasping.contact_model import (
     antipodal_margin,
     grasp_map,
@@ -15,6 +15,7 @@ from mjx_inertia.grasping.contact_model import (
     support,
     tangents,
 )
+from mjx_inertia.grasping.wrench_space import epsilon_quality, wrench_hull
 
 LENGTH = 0.05
 COUNT = 24

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from mjx_inertia.objects import find_defects, mass_properties, repair_mesh
+from mjx_inertia.objects import find_defects, mass_properties
 from mjx_inertia.objects.mesh_defects import MeshDefect
+from mjx_inertia.objects.mesh_repair import repair_mesh
 
 pytestmark = pytest.mark.float64
 

@@ -24,7 +24,7 @@ from mjx_inertia.objects import (
 )
 from mjx_inertia.objects.composition import main_color
 from mjx_inertia.objects.convex import hull_vertices
-from mjx_inertia.spatial import to_spatial_inertia
+from mjx_inertia.spatial.representations import to_spatial_inertia
 
 pytestmark = pytest.mark.float64
 

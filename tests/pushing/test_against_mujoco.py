@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from cube_pushes import cubes, push, straight
 
-from mjx_inertia.pushing import recompile, resting_height, with_parameters
+from mjx_inertia.pushing import recompile, resting_height
+from mjx_inertia.pushing.parameters import with_parameters
 
 
 def oracle(scene, parameters, motion, i, samples):

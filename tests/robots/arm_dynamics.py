@@ -5,15 +5,14 @@ import jax.numpy as jnp
 from reference_models import Dynamics
 
 from mjx_inertia.robots import (
-    bias_force,
     forward_dynamics,
     hand_jacobian,
     hand_pose,
     inverse_dynamics,
-    jacobian_rate_product,
     link_poses,
     mass_matrix,
 )
+from mjx_inertia.robots.dynamics import bias_force, jacobian_rate_product
 
 
 def dynamics(arm, states):

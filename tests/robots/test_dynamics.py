@@ -14,16 +14,14 @@ from small_arms import small_arm
 
 from mjx_inertia.robots import (
     baxter,
-    bias_force,
-    coriolis_matrix,
     gravity_torque,
     hand_jacobian,
     hand_pose,
     inverse_dynamics,
-    jacobian_rate_product,
     mass_matrix,
     over_states,
 )
+from mjx_inertia.robots.dynamics import bias_force, coriolis_matrix, jacobian_rate_product
 
 COUNT = 100
 

@@ -28,9 +28,9 @@ from mjx_inertia.robots import (
     hand_pose,
     load_robot,
     mass_matrix,
-    robot_mjcf,
     robot_spec,
 )
+from mjx_inertia.robots.mjcf import robot_mjcf
 
 LINK = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
 GRIPPER = """

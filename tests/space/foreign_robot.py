@@ -3,7 +3,7 @@
 import numpy as np
 
 from mjx_inertia.robots import load_robot
-from mjx_inertia.space import Capture
+from mjx_inertia.space.capture import Capture
 from mjx_inertia.spatial import InertialParameters, Pose
 
 FOREIGN = """

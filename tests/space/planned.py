@@ -12,10 +12,10 @@ from mjx_inertia.space import (
     PlanarSettings,
     costs,
     course,
-    node,
     planar_dynamics,
     planar_manoeuvre,
 )
+from mjx_inertia.space.instant import node
 from mjx_inertia.space.manoeuvre import motion_at
 
 # costs that a planar robot has

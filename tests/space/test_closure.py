@@ -6,8 +6,8 @@ import numpy as np
 import planned
 import pytest
 
-from mjx_inertia.space import AS_PRINTED, close_chain, closure_error
-from mjx_inertia.space.closure import following_joints
+from mjx_inertia.space import AS_PRINTED
+from mjx_inertia.space.closure import close_chain, closure_error, following_joints
 from mjx_inertia.space.manoeuvre import motion_at
 
 pytestmark = pytest.mark.long

@@ -5,8 +5,9 @@ import numpy as np
 import planned
 import pytest
 
-from mjx_inertia.space import clearance, planar_capture, planar_robot
-from mjx_inertia.space.collision_distance import segment_distance
+from mjx_inertia.space import planar_robot
+from mjx_inertia.space.collision_distance import clearance, segment_distance
+from mjx_inertia.space.planar_model import planar_capture
 
 ROBOT, CAPTURE = planar_robot(), planar_capture()
 

@@ -6,15 +6,11 @@ import numpy as np
 import pytest
 from planned import consistent, evaluated
 
-from mjx_inertia.space import (
-    CourseStatus,
-    inertias,
-    node,
-    planar_capture,
-    planar_robot,
-    reduced_inertia,
-    with_capture,
-)
+from mjx_inertia.space import CourseStatus, planar_robot
+from mjx_inertia.space.capture import with_capture
+from mjx_inertia.space.dynamics import inertias, reduced_inertia
+from mjx_inertia.space.instant import node
+from mjx_inertia.space.planar_model import planar_capture
 
 pytestmark = pytest.mark.long
 

@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 from planned import consistent
 
-from mjx_inertia.space import distribute_wrench, dual_arm_grasp_map, hand_jacobians, hand_wrenches
-from mjx_inertia.space.dual_arm import shared_load_torques
-from mjx_inertia.space.dynamics import floating_base_inverse_dynamics
+from mjx_inertia.space.dual_arm import (
+    distribute_wrench,
+    dual_arm_grasp_map,
+    hand_wrenches,
+    shared_load_torques,
+)
+from mjx_inertia.space.dynamics import floating_base_inverse_dynamics, hand_jacobians
 from mjx_inertia.space.instant import node
 from mjx_inertia.space.manoeuvre import motion_at
 

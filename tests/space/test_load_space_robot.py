@@ -5,14 +5,11 @@ import numpy as np
 import pytest
 from foreign_robot import FOREIGN, HANDS, foreign_robot
 
-from mjx_inertia.robots import BASE, baxter, load_robot, robot_mjcf, robot_spec
-from mjx_inertia.space import (
-    capture_spec,
-    planar_capture,
-    planar_robot,
-    servicer,
-    with_arms,
-)
+from mjx_inertia.robots import BASE, baxter, load_robot, robot_spec
+from mjx_inertia.robots.mjcf import robot_mjcf
+from mjx_inertia.space import planar_robot, servicer, with_arms
+from mjx_inertia.space.mjcf import capture_spec
+from mjx_inertia.space.planar_model import planar_capture
 from mjx_inertia.spatial import InertialParameters, Pose
 
 

@@ -14,12 +14,11 @@ from mjx_inertia.space import (
     PlanarSettings,
     end_configuration,
     plan_manoeuvre,
-    planar_capture,
     planar_manoeuvre,
-    planar_pose,
     planar_robot,
 )
-from mjx_inertia.space.default_manoeuvres import ELBOWS, START, TARGET
+from mjx_inertia.space.default_manoeuvres import ELBOWS, START, TARGET, planar_pose
+from mjx_inertia.space.planar_model import planar_capture
 from mjx_inertia.spatial import InertialParameters, Pose
 
 pytestmark = pytest.mark.long

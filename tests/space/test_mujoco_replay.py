@@ -9,14 +9,8 @@ import pytest
 from PIL import Image
 from planned import consistent, printed
 
-from mjx_inertia.space import (
-    ReplaySettings,
-    disagreement,
-    path,
-    replay,
-    save_animation,
-    servicer_manoeuvre,
-)
+from mjx_inertia.space import disagreement, path, replay, save_animation, servicer_manoeuvre
+from mjx_inertia.space.mujoco_replay import ReplaySettings
 
 pytestmark = pytest.mark.long
 

@@ -6,16 +6,11 @@ import numpy as np
 import planned
 import pytest
 
-from mjx_inertia.space import (
-    PlanarSettings,
-    dual_arm_grasp_map,
-    generalized_jacobian,
-    node,
-    object_dynamics,
-    object_to_joints,
-    planar_dynamics,
-)
+from mjx_inertia.space import PlanarSettings, planar_dynamics
 from mjx_inertia.space.capture import MOMENTA, with_capture
+from mjx_inertia.space.dual_arm import dual_arm_grasp_map, object_dynamics, object_to_joints
+from mjx_inertia.space.dynamics import generalized_jacobian
+from mjx_inertia.space.instant import node
 
 pytestmark = pytest.mark.long
 

@@ -15,14 +15,13 @@ from mjx_inertia.space import (
     WRENCH,
     costs,
     course,
-    planar_capture,
     planar_robot,
     problem,
-    violation,
-    with_object_at_target,
 )
 from mjx_inertia.space.default_manoeuvres import TARGET
 from mjx_inertia.space.manoeuvre import RESOLVED
+from mjx_inertia.space.objectives import violation, with_object_at_target
+from mjx_inertia.space.planar_model import planar_capture
 
 pytestmark = pytest.mark.long
 

@@ -8,22 +8,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjx_inertia.space import (
-    PlanarSettings,
-    dual_arm_grasp_map,
+from mjx_inertia.space import PlanarSettings, planar_dynamics as closed, planar_robot
+from mjx_inertia.space.capture import with_capture
+from mjx_inertia.space.dual_arm import dual_arm_grasp_map
+from mjx_inertia.space.dynamics import (
     generalized_jacobian,
     hand_jacobians,
     inertias,
-    node,
-    planar_capture,
-    planar_dynamics as closed,
-    planar_robot,
     reduced_forces,
     reduced_inertia,
     velocity_forces,
-    with_capture,
 )
-from mjx_inertia.space.planar_model import link_moments
+from mjx_inertia.space.instant import node
+from mjx_inertia.space.planar_model import link_moments, planar_capture
 
 SETTINGS = PlanarSettings(link_inertia="physical", shoulder=(0.6, 0.9))
 ROBOT, CAPTURE = planar_robot(SETTINGS), planar_capture(SETTINGS)

@@ -13,20 +13,19 @@ from foreign_robot import FOREIGN, foreign_capture, foreign_robot
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.robots import robot_spec
-from mjx_inertia.space import (
-    capture_spec,
+from mjx_inertia.space import planar_robot, servicer
+from mjx_inertia.space.arms_on_base import servicer_capture
+from mjx_inertia.space.capture import with_capture
+from mjx_inertia.space.dynamics import (
     floating_base_forward_dynamics,
     floating_base_inverse_dynamics,
     generalized_jacobian,
     inertias,
     momentum_map,
-    planar_capture,
-    planar_robot,
-    servicer,
-    servicer_capture,
     velocity_forces,
-    with_capture,
 )
+from mjx_inertia.space.mjcf import capture_spec
+from mjx_inertia.space.planar_model import planar_capture
 
 COUNT = 1000
 CASES = ("planar", "planar with object", "foreign")

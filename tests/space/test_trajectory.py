@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjx_inertia.space import BOUND, joint_motion
-from mjx_inertia.space.trajectory import phase
+from mjx_inertia.space import BOUND
+from mjx_inertia.space.trajectory import joint_motion, phase
 
 DURATION = 50.0
 LOWER, UPPER = np.array([-3.0, -1.0, 0.2]), np.array([3.0, 2.5, 0.9])

@@ -11,9 +11,9 @@ from mjx_inertia.spatial import (
     change_frame,
     check_consistency,
     explain_consistency,
-    thicken,
     to_pseudo_inertia,
 )
+from mjx_inertia.spatial.consistency import thicken
 
 
 def body(moments, mass=1.0, com=(0.1, 0.2, 0.3)):

@@ -13,15 +13,11 @@ from point_clouds import (
     random_poses,
 )
 
-from mjx_inertia.spatial import (
-    InertialParameters,
+from mjx_inertia.spatial import InertialParameters, change_frame, combine
+from mjx_inertia.spatial.inertia import inertia_about, kinetic_energy, point_mass_inertia
+from mjx_inertia.spatial.representations import (
     PrincipalInertia,
-    change_frame,
-    combine,
     from_principal,
-    inertia_about,
-    kinetic_energy,
-    point_mass_inertia,
     to_principal,
     to_spatial_inertia,
 )

@@ -7,20 +7,19 @@ from jax.flatten_util import ravel_pytree
 from point_clouds import assert_same_bodies, batched, random_bodies, random_poses
 
 from mjx_inertia.spatial import (
-    LOG_CHOLESKY_NAMES,
     Consistency,
     InertialParameters,
     change_frame,
     check_consistency,
     from_log_cholesky,
-    kinetic_energy,
-    thicken,
     to_log_cholesky,
     to_planar,
     to_pseudo_inertia,
-    to_spatial_inertia,
     to_ten_vector,
 )
+from mjx_inertia.spatial.consistency import thicken
+from mjx_inertia.spatial.inertia import kinetic_energy
+from mjx_inertia.spatial.representations import LOG_CHOLESKY_NAMES, to_spatial_inertia
 
 COUNT = 300
 

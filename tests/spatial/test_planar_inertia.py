@@ -9,12 +9,11 @@ from mjx_inertia.spatial import (
     Consistency,
     PlanarInertia,
     change_frame,
-    change_frame_planar,
     check_consistency,
-    from_planar,
-    kinetic_energy,
     to_planar,
 )
+from mjx_inertia.spatial.inertia import kinetic_energy
+from mjx_inertia.spatial.planar import change_frame_planar, from_planar
 
 
 def slab():

@@ -12,17 +12,19 @@ from point_clouds import (
 )
 
 from mjx_inertia.spatial import (
-    TEN_VECTOR_NAMES,
     change_frame,
     combine,
     from_pseudo_inertia,
-    from_spatial_inertia,
     from_ten_vector,
-    kinetic_energy,
-    skew,
     to_pseudo_inertia,
-    to_spatial_inertia,
     to_ten_vector,
+)
+from mjx_inertia.spatial.inertia import kinetic_energy
+from mjx_inertia.spatial.representations import (
+    TEN_VECTOR_NAMES,
+    from_spatial_inertia,
+    skew,
+    to_spatial_inertia,
 )
 
 COUNT = 200
