@@ -54,6 +54,8 @@ class LinkTree:
     # every name that an end effector or a base may have: the link and the frame in it
     frames: dict[str, tuple[int, Pose]]
     gravity: Float[ndarray, "3"]  # m/s², in the world
+    # what the file states and the robot does not have, or what it states that cannot be
+    remarks: tuple[str, ...] = ()
 
 
 def named_frame(tree: LinkTree, argument: str, name: str) -> tuple[int, Pose]:
@@ -112,7 +114,11 @@ def carried_by(tree: LinkTree, i: int, owner: list[int]) -> InertialParameters:
     ]
     whole = merge_links(parts)
     entry = tree.links[i]
-    if not (whole.mass > 0.0 or entry.weightless):
+    carries_mass = any(
+        later.inertial is not None and i in ancestors_of(tree, k)
+        for k, later in enumerate(tree.links)
+    )
+    if not (whole.mass > 0.0 or entry.weightless or carries_mass):
         raise ValueError(
             f"{tree.path}: link {entry.name!r} moves and has no mass; state its inertial parameters"
         )

@@ -6,6 +6,7 @@ to. Joints that are left out (fingers, a second arm further out) are held at the
 position, and what they carry joins the link that they hang on.
 """
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -92,15 +93,33 @@ def load_robot(
 def _read(path: Path) -> LinkTree:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected an MJCF or URDF file")
-    try:
-        root = ET.parse(path).getroot()
-    except (ET.ParseError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not an XML file ({error})") from None
+    root = _parse(path)
     if root.tag not in ("robot", "mujoco"):
         raise ValueError(
             f"{path}: the root element is <{root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
         )
     return read_urdf_links(path, root) if root.tag == "robot" else read_mjcf_links(path)
+
+
+def _parse(path: Path) -> ET.Element:
+    """The root element of XML as it is found: blank lines first, prefixes without namespace."""
+    text = path.read_bytes().strip()
+    try:
+        text.decode()
+    except UnicodeDecodeError:  # mostly a comment in Latin-1
+        text = re.sub(rb"^<\?xml.*?\?>", b"", text).decode("latin-1").encode()
+    used = set(re.findall(rb"[<\s]([A-Za-z_][\w.-]*):[A-Za-z_]", text)) - {b"xml", b"xmlns"}
+    unbound = [name for name in sorted(used) if b"xmlns:" + name not in text]
+    bound = b"".join(b" xmlns:%s='urn:%s'" % (name, name) for name in unbound)
+    try:
+        root = ET.fromstring(re.sub(rb"<(robot|mujoco)\b", rb"<\1" + bound, text, count=1))
+    except (ET.ParseError, ValueError) as error:
+        raise ValueError(f"{path}: not an XML file ({error})") from None
+    default = root.tag.partition("}")[0] + "}" if root.tag.startswith("{") else ""
+    for element in root.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.removeprefix(default)
+    return root
 
 
 def _robot(
@@ -203,6 +222,14 @@ def _floating_base(tree: LinkTree) -> tuple[int, bool]:
             f"{tree.path}: no body floats freely; give the base a free joint, or slides along x "
             "and y and a hinge about z, or name a fixed `base`"
         )
+    for i in roots:
+        joint = tree.links[i].joint
+        assert joint is not None
+        if joint.coupled:
+            raise ValueError(
+                f"{tree.path}: the base {tree.links[i].name!r} is bound by {joint.coupled}; take "
+                "it out of the file, or name a fixed `base`"
+            )
     return roots[0], bool(flat)
 
 
@@ -260,6 +287,5 @@ def _note(tree: LinkTree, owner: list[int], moving: list[int]) -> str:
         for k, entry in enumerate(tree.links)
         if entry.joint is not None and owner[k] in moving and k not in moving
     ]
-    if not held:
-        return f"From {tree.path}."
-    return f"From {tree.path}; held at their reference position: {', '.join(held)}."
+    remarks = [f"held at their reference position: {', '.join(held)}"] if held else []
+    return "; ".join([f"From {tree.path}", *remarks, *tree.remarks]) + "."

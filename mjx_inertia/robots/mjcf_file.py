@@ -2,7 +2,8 @@
 
 In: a path. Out: `LinkTree`. A link's frame has the axes of its body and its origin at the joint; a
 body with several joints becomes as many links. MuJoCo's `ref` is taken into account: joint
-positions are MuJoCo's. Damping, friction and gravity compensation are left out.
+positions are MuJoCo's. Damping, friction, springs, gravity compensation and fluids are left out,
+and `LinkTree.remarks` says so. Joints that equalities or a tendon's armature couple are marked.
 """
 
 from pathlib import Path
@@ -53,7 +54,29 @@ def tree_of(model: mujoco.MjModel, path: str) -> LinkTree:
     for body in range(model.nbody):
         frames[model.body(body).name] = (last[body], T_last_body[body])
     name = model.names[: model.names.index(b"\x00")].decode()
-    return LinkTree(path, name, links, frames, np.array(model.opt.gravity))
+    weightless = _is_disabled(model, mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+    gravity = np.zeros(3) if weightless else np.array(model.opt.gravity)
+    return LinkTree(path, name, links, frames, gravity, _left_out(model))
+
+
+def _is_disabled(model: mujoco.MjModel, flag: mujoco.mjtDisableBit) -> bool:
+    return bool(int(model.opt.disableflags) & int(flag))
+
+
+def _left_out(model: mujoco.MjModel) -> tuple[str, ...]:
+    """What acts on the bodies in MuJoCo and is not read."""
+    acting = {
+        "springs of joints": model.jnt_stiffness.any(),
+        "damping of joints": model.dof_damping.any(),
+        "dry friction of joints": model.dof_frictionloss.any(),
+        "gravity compensation": model.body_gravcomp.any(),
+        "springs, damping and friction of tendons": any(
+            x.any()
+            for x in (model.tendon_stiffness, model.tendon_damping, model.tendon_frictionloss)
+        ),
+        "forces of a fluid": model.opt.density > 0.0 or model.opt.viscosity > 0.0,
+    }
+    return tuple(f"{name} are left out" for name, acts in acting.items() if acts)
 
 
 def _add_body(
@@ -97,7 +120,8 @@ def _joint(model: mujoco.MjModel, j: int) -> tuple[TreeJoint, float]:
     kind = _KINDS[mujoco.mjtJoint(model.jnt_type[j])]
     name = model.joint(j).name or f"joint {j}"
     if kind in ("free", "ball"):
-        return TreeJoint(name, kind, np.array([0.0, 0.0, 1.0])), 0.0
+        up = np.array([0.0, 0.0, 1.0])
+        return TreeJoint(name, kind, up, coupled=_coupling(model, j)), 0.0
     limited = bool(model.jnt_limited[j])
     axis = np.array(model.jnt_axis[j])
     joint = TreeJoint(
@@ -114,29 +138,74 @@ def _joint(model: mujoco.MjModel, j: int) -> tuple[TreeJoint, float]:
 
 
 def _torque_limit(model: mujoco.MjModel, j: int) -> float:
-    """What the joint or an actuator on it allows; infinite if nothing is stated."""
+    """What the joint or all actuators on it allow; infinite if nothing is stated."""
     if model.jnt_actfrclimited[j]:
         return float(abs(model.jnt_actfrcrange[j]).max())
+    stated = []
     for a in range(model.nu):
         on_joint = model.actuator_trntype[a] == mujoco.mjtTrn.mjTRN_JOINT
         if not on_joint or model.actuator_trnid[a, 0] != j:
             continue
         gear = abs(float(model.actuator_gear[a, 0]))
         if model.actuator_forcelimited[a]:
-            return gear * float(abs(model.actuator_forcerange[a]).max())
+            stated.append(gear * float(abs(model.actuator_forcerange[a]).max()))
+            continue
         plain = model.actuator_biastype[a] == mujoco.mjtBias.mjBIAS_NONE
         if model.actuator_ctrllimited[a] and plain:
             gain = abs(float(model.actuator_gainprm[a, 0]))
-            return gear * gain * float(abs(model.actuator_ctrlrange[a]).max())
-    return np.inf
+            stated.append(gear * gain * float(abs(model.actuator_ctrlrange[a]).max()))
+    return sum(stated) if stated else np.inf
 
 
 def _coupling(model: mujoco.MjModel, j: int) -> str:
-    for e in range(model.neq):
-        of_joints = model.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[e]
-        if of_joints and j in (model.eq_obj1id[e], model.eq_obj2id[e]):
-            return f"equality {model.equality(e).name or e}"
+    """What binds a joint to others: an equality, a loop of bodies, the armature of a tendon."""
+    unbound = _is_disabled(model, mujoco.mjtDisableBit.mjDSBL_EQUALITY)
+    for e in range(0 if unbound else model.neq):
+        if model.eq_active0[e] and j in _joints_of_equality(model, e):
+            kind = mujoco.mjtEq(int(model.eq_type[e])).name.removeprefix("mjEQ_").lower()
+            return f"equality {model.equality(e).name or e} ({kind})"
+    for t in np.flatnonzero(model.tendon_armature):
+        if j in _joints_of_tendon(model, int(t)):
+            return f"the armature of tendon {model.tendon(t).name or t}"
     return ""
+
+
+def _joints_of_equality(model: mujoco.MjModel, e: int) -> set[int]:
+    kind = mujoco.mjtEq(int(model.eq_type[e]))
+    first, second = int(model.eq_obj1id[e]), int(model.eq_obj2id[e])
+    if kind == mujoco.mjtEq.mjEQ_JOINT:
+        return {first, second}
+    if kind == mujoco.mjtEq.mjEQ_TENDON:
+        ends = [t for t in (first, second) if t >= 0]
+        return set().union(*(_joints_of_tendon(model, t) for t in ends))
+    if kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+        if model.eq_objtype[e] == mujoco.mjtObj.mjOBJ_SITE:
+            first, second = (int(model.site_bodyid[site]) for site in (first, second))
+        # what moves both bodies alike is not bound
+        return _joints_before(model, first) ^ _joints_before(model, second)
+    return set()
+
+
+def _joints_of_tendon(model: mujoco.MjModel, t: int) -> set[int]:
+    joints: set[int] = set()
+    start = int(model.tendon_adr[t])
+    for w in range(start, start + int(model.tendon_num[t])):
+        kind, part = int(model.wrap_type[w]), int(model.wrap_objid[w])
+        if kind == mujoco.mjtWrap.mjWRAP_JOINT:
+            joints.add(part)
+        elif kind == mujoco.mjtWrap.mjWRAP_SITE:
+            joints |= _joints_before(model, int(model.site_bodyid[part]))
+    return joints
+
+
+def _joints_before(model: mujoco.MjModel, body: int) -> set[int]:
+    """Joints that move a body."""
+    joints: set[int] = set()
+    while body > 0:
+        first = int(model.body_jntadr[body])
+        joints.update(range(first, first + int(model.body_jntnum[body])))
+        body = int(model.body_parentid[body])
+    return joints
 
 
 def _inertial(

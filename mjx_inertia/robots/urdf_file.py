@@ -4,6 +4,7 @@ In: a path. Out: `LinkTree`. Only links, joints and inertial elements are read, 
 `package://` addresses need not be there. Masses that geometry alone would give are not made up.
 """
 
+from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -29,6 +30,11 @@ def read_urdf_links(path: Path, root: ET.Element) -> LinkTree:
       ValueError: links that nothing joins, or elements that are not as URDF defines them.
     """
     elements = {_text(e, "name", "a link", path): e for e in root.findall("link")}
+    for kind in ("link", "joint"):
+        names = Counter(e.get("name") for e in root.findall(kind))
+        if twice := [name for name, count in names.items() if count > 1]:
+            raise ValueError(f"{path}: {kind} {twice[0]!r} is there twice; rename one of the two")
+    remarks: list[str] = []
     joints: dict[str, ET.Element] = {}
     for joint in root.findall("joint"):
         child = _end(joint, "child", elements, path)
@@ -40,20 +46,24 @@ def read_urdf_links(path: Path, root: ET.Element) -> LinkTree:
     if len(roots) != 1:
         raise ValueError(f"{path}: expected one link without a parent, found {roots or 'none'}")
     bound = {m.get("joint") for j in joints.values() for m in j.findall("mimic")}
-    order, links = {roots[0]: 0}, [_link(path, roots[0], elements[roots[0]], -1, None, bound)]
+    order, links = {roots[0]: 0}, []
+    links.append(_link(path, roots[0], elements[roots[0]], -1, None, bound, remarks))
     waiting = [roots[0]]
     while waiting:
         parent = waiting.pop(0)
         for child, joint in joints.items():
             if _end(joint, "parent", elements, path) == parent:
                 order[child] = len(links)
-                links.append(_link(path, child, elements[child], order[parent], joint, bound))
+                link = _link(path, child, elements[child], order[parent], joint, bound, remarks)
+                links.append(link)
                 waiting.append(child)
     if len(order) < len(elements):
         lost = [name for name in elements if name not in order]
         raise ValueError(f"{path}: links {lost} do not hang on {roots[0]!r}: a loop of joints")
     frames = {name: (i, Pose.identity()) for name, i in order.items()}
-    return LinkTree(str(path), root.get("name", path.stem), links, frames, np.array(_GRAVITY))
+    return LinkTree(
+        str(path), root.get("name", path.stem), links, frames, np.array(_GRAVITY), tuple(remarks)
+    )
 
 
 def _link(
@@ -63,15 +73,16 @@ def _link(
     parent: int,
     joint: ET.Element | None,
     bound: set[str | None],
+    remarks: list[str],
 ) -> TreeLink:
     T = Pose.identity() if joint is None else _origin(joint, path)
     moves = None
     if joint is not None and joint.get("type") != "fixed":
-        moves = _joint(joint, bound, path)
-    return TreeLink(name, parent, T, T, moves, _inertial(element, name, path))
+        moves = _joint(joint, bound, path, remarks)
+    return TreeLink(name, parent, T, T, moves, _inertial(element, name, path, remarks))
 
 
-def _joint(joint: ET.Element, bound: set[str | None], path: Path) -> TreeJoint:
+def _joint(joint: ET.Element, bound: set[str | None], path: Path, remarks: list[str]) -> TreeJoint:
     name, kind = _text(joint, "name", "a joint", path), joint.get("type", "")
     axis = np.array([1.0, 0.0, 0.0])
     if (element := joint.find("axis")) is not None:
@@ -86,22 +97,39 @@ def _joint(joint: ET.Element, bound: set[str | None], path: Path) -> TreeJoint:
             return otherwise
         return _numbers(limit, key, 1, f"limit of joint {name!r}", path)[0]
 
+    def greatest(key: str, what: str) -> float:
+        """Zero stands for what is not known."""
+        value = stated(key, np.inf)
+        if value == 0.0:
+            remarks.append(f"{what} of joint {name!r} is 0 and taken as not stated")
+        return value or np.inf
+
     # limits of a continuous joint are those of speed and effort alone
-    bounded = kind != "continuous"
+    bounded = kind not in ("continuous", "floating")
+    lower, upper = stated("lower", 0.0), stated("upper", 0.0)
+    if bounded and lower > upper:
+        raise ValueError(
+            f"{path}: joint {name!r} has the limits {lower} to {upper}; expected lower below upper"
+        )
+    if bounded and lower == upper == 0.0:
+        remarks.append(f"joint {name!r} states no range and is taken as unlimited")
+        bounded = False
     coupled = "mimic" if joint.find("mimic") is not None or name in bound else ""
     return TreeJoint(
         name=name,
         kind=_KINDS.get(kind, kind or "of no type"),
         axis=np.where(abs(axis / length) < 1e-15, 0.0, axis / length),
-        lower=stated("lower", 0.0) if bounded else -np.inf,
-        upper=stated("upper", 0.0) if bounded else np.inf,
-        velocity=stated("velocity", np.inf),
-        torque=stated("effort", np.inf),
+        lower=lower if bounded else -np.inf,
+        upper=upper if bounded else np.inf,
+        velocity=greatest("velocity", "velocity"),
+        torque=greatest("effort", "effort"),
         coupled=coupled,
     )
 
 
-def _inertial(element: ET.Element, name: str, path: Path) -> InertialParameters | None:
+def _inertial(
+    element: ET.Element, name: str, path: Path, remarks: list[str]
+) -> InertialParameters | None:
     inertial = element.find("inertial")
     if inertial is None:
         return None
@@ -111,6 +139,13 @@ def _inertial(element: ET.Element, name: str, path: Path) -> InertialParameters 
     where = f"inertial element of link {name!r}"
     upper = [_numbers(tensor, key, 1, where, path)[0] for key in _UPPER]
     (kg,) = _numbers(mass, "value", 1, where, path)
+    if kg < 0.0:
+        raise ValueError(f"{path}: the mass of link {name!r} is {kg} kg; expected zero or more")
+    xx, xy, xz, yy, yz, zz = upper
+    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if moments[0] < 0.0 or moments[2] > (1.0 + 1e-6) * (moments[0] + moments[1]) + 1e-12:
+        listed = ", ".join(f"{m:.4g}" for m in moments)
+        remarks.append(f"no body has the principal moments {listed} kg m² of link {name!r}")
     return link_of(kg, [0.0, 0.0, 0.0], upper, _origin(inertial, path))
 
 

@@ -143,7 +143,8 @@ BALL = SMALL_ARM.replace('type="slide" axis="0 1 1" range="-0.3 0.4" armature="0
 BAD = {
     "no such link": (urdf(), "bb", "did you mean b"),
     "planar": (urdf("planar"), "c", "'j' is planar"),
-    "no inertia": (urdf(inertial=""), "c", "'b' moves and has no mass"),
+    "no inertia": (urdf(inertial="").replace(LINK + "</inertial>", ""), "c",
+                   "'b' moves and has no mass"),
     "mimic": (urdf(more='<mimic joint="k"/>'), "c", "'j' is coupled"),
     "mimicked": (
         urdf().replace("</robot>", '<link name="d"/><joint name="l" type="revolute"><parent '
