@@ -4,16 +4,19 @@ In: a path. Out: `LinkTree`. Only links, joints and inertial elements are read, 
 `package://` addresses need not be there. Masses that geometry alone would give are not made up.
 """
 
+import dataclasses
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from mjx_inertia.robots.link_tree import LinkTree, TreeJoint, TreeLink
-from mjx_inertia.robots.rigid_links import link_parameters as link_of, pose
+from mjx_inertia.robots.rigid_links import about_axis, link_parameters as link_of, pose, shift
 from mjx_inertia.spatial import InertialParameters, Pose
 
+_MOST_LINKS = 2000
 _GRAVITY = (0.0, 0.0, -9.81)
 _UPPER = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _KINDS = {"continuous": "revolute", "floating": "free"}  # names of our own
@@ -45,18 +48,26 @@ def read_urdf_links(path: Path, root: ET.Element) -> LinkTree:
     roots = [name for name in elements if name not in joints]
     if len(roots) != 1:
         raise ValueError(f"{path}: expected one link without a parent, found {roots or 'none'}")
+    if len(elements) > _MOST_LINKS:
+        raise ValueError(f"{path}: {len(elements)} links; a robot has at most {_MOST_LINKS}")
     bound = {m.get("joint") for j in joints.values() for m in j.findall("mimic")}
+    held = _held_positions(joints.values(), path)
+    after: dict[str, list[str]] = {}
+    for child, joint in joints.items():
+        after.setdefault(_end(joint, "parent", elements, path), []).append(child)
     order, links = {roots[0]: 0}, []
     links.append(_link(path, roots[0], elements[roots[0]], -1, None, bound, remarks))
     waiting = [roots[0]]
     while waiting:
         parent = waiting.pop(0)
-        for child, joint in joints.items():
-            if _end(joint, "parent", elements, path) == parent:
-                order[child] = len(links)
-                link = _link(path, child, elements[child], order[parent], joint, bound, remarks)
-                links.append(link)
-                waiting.append(child)
+        for child in after.get(parent, []):
+            order[child] = len(links)
+            joint, element = joints[child], elements[child]
+            link = _link(path, child, element, order[parent], joint, bound, remarks)
+            if offset := held.get(joint.get("name"), 0.0):
+                link = _moved(link, offset)
+            links.append(link)
+            waiting.append(child)
     if len(order) < len(elements):
         lost = [name for name in elements if name not in order]
         raise ValueError(f"{path}: links {lost} do not hang on {roots[0]!r}: a loop of joints")
@@ -80,6 +91,38 @@ def _link(
     if joint is not None and joint.get("type") != "fixed":
         moves = _joint(joint, bound, path, remarks)
     return TreeLink(name, parent, T, T, moves, _inertial(element, name, path, remarks))
+
+
+def _held_positions(joints: Iterable[ET.Element], path: Path) -> dict[str | None, float]:
+    """Positions of joints that mimic others, where those others are at zero."""
+    rules: dict[str | None, tuple[str | None, float, float]] = {}
+    for joint in joints:
+        if (mimic := joint.find("mimic")) is not None:
+            where = f"mimic of joint {joint.get('name')!r}"
+            filled = ET.Element("mimic", {"multiplier": "1", "offset": "0"} | mimic.attrib)
+            (multiplier,) = _numbers(filled, "multiplier", 1, where, path)
+            (offset,) = _numbers(filled, "offset", 1, where, path)
+            rules[joint.get("name")] = (mimic.get("joint"), multiplier, offset)
+
+    def position(name: str | None, depth: int = 0) -> float:
+        if name not in rules:
+            return 0.0
+        if depth > len(rules):
+            raise ValueError(f"{path}: joint {name!r} mimics itself through others")
+        other, multiplier, offset = rules[name]
+        return multiplier * position(other, depth + 1) + offset
+
+    return {name: position(name) for name in rules}
+
+
+def _moved(link: TreeLink, position: float) -> TreeLink:
+    """The link held with its joint at another position than zero."""
+    joint = link.joint
+    if joint is None or joint.kind not in ("revolute", "prismatic"):
+        return link
+    slides = joint.kind == "prismatic"
+    step = shift(position * joint.axis) if slides else about_axis(joint.axis, position)
+    return dataclasses.replace(link, T_parent_held=link.T_parent_zero @ step)
 
 
 def _joint(joint: ET.Element, bound: set[str | None], path: Path, remarks: list[str]) -> TreeJoint:

@@ -163,3 +163,29 @@ def test_all_motors_of_a_joint_count(tmp_path):
     limit = loaded(tmp_path, text, "hand").torque_limit
     np.testing.assert_array_equal(limit, [80.0, np.inf])
     assert mujoco.MjModel.from_xml_string(text).nu == 2
+
+
+def test_a_mimicking_finger_sits_at_its_offset(tmp_path):
+    """The joint that it mimics is held at zero: the finger is at multiplier · 0 + offset."""
+    finger = """<link name="{0}">{1}</link><joint name="{0}" type="revolute"><parent link="l2"/>
+<child link="{0}"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/>{2}{3}</joint>"""
+    mimic = '<mimic joint="f1" multiplier="-1" offset="0.5"/>'
+    fingers = (
+        finger.format("f1", INERTIAL, LIMIT, ""),
+        finger.format("f2", INERTIAL, LIMIT, mimic),
+    )
+    text = urdf().replace("</robot>", "".join(fingers) + "</robot>")
+    model = pinocchio.buildModelFromXML(text)
+    full = pinocchio.crba(model, model.createData(), np.array([0.4, -0.7, 0.0, 0.5]))
+    ours = mass_matrix(loaded(tmp_path, text), jnp.array([0.4, -0.7]))
+    np.testing.assert_allclose(np.triu(ours), np.triu(full[:2, :2]), atol=1e-14)
+
+
+def test_endless_chains_are_refused_at_once(tmp_path):
+    links = "".join(f'<link name="l{k}"/>' for k in range(20_000))
+    joints = "".join(
+        f'<joint name="j{k}" type="fixed"><parent link="l{k}"/><child link="l{k + 1}"/></joint>'
+        for k in range(19_999)
+    )
+    with pytest.raises(ValueError, match="20000 links; a robot has at most 2000"):
+        loaded(tmp_path, f'<robot name="r">{links}{joints}</robot>')
