@@ -80,9 +80,11 @@ class IdentifiedBody:
         if self.status == EstimateStatus.OK:
             error = self.interval()[:, 1] - self.mean
             for i, (name, unit, scale) in enumerate(_SHOWN):
-                found = _rounded(scale * self.mean[i], scale * error[i])
-                told = f"{found} {unit} (95 %)" if self.determined[i] else "not determined"
-                lines.append(f"{name}: {told}.")
+                if self.determined[i]:
+                    found = _rounded(scale * self.mean[i], scale * error[i])
+                    lines.append(f"{name}: {found} {unit} (95 %).")
+                else:
+                    lines.append(f"{name}: not determined.")
         else:
             lines.append(_FAILURES[self.status])
         if self.fit is not None:
@@ -95,10 +97,12 @@ class IdentifiedBody:
         """Measured and simulated signals of a push, all unknowns with intervals, the search.
 
         Raises:
-          ValueError: no push was used, so nothing was fitted.
+          ValueError: there is no such push, or it was not used.
         """
-        if self.fit is None:
-            raise ValueError("draw: no push was used, so there is no fit to draw")
+        if not 0 <= push < len(self.push_status):
+            raise ValueError(f"push={push}: there are {len(self.push_status)}, counted from 0")
+        if self.fit is None or self.push_status[push] != PushStatus.OK:
+            raise ValueError(f"push={push} was not used, so there is no fit of it to draw")
         record, setup = _rows((self.record, self.setup), push)
         with jax.enable_x64(True):
             scene, s = shared_scene(self.settings.scene), self.settings
@@ -133,8 +137,11 @@ def identify(
       seed: of the further starts of the search.
 
     Raises:
-      ValueError: no push, or pushes of objects with different outlines.
+      ValueError: no push, pushes of objects with different outlines, or
+        `settings.uniform_density`, which needs the object.
     """
+    if settings.uniform_density:
+        raise ValueError("settings.uniform_density: set the centers of settings.beliefs instead")
     pushes = [push] if isinstance(push, Push) else list(push)
     if noise is not None:
         settings = dataclasses.replace(settings, noise=noise)
@@ -200,8 +207,10 @@ def _determined(
     # I_zz is the mass times a ratio: the mass alone does not tell it
     if "inertia" in settings.estimated:
         ratio = settings.estimated.index("inertia")
-        share[TARGETS.index("inertia")] = found.known.covariance[0, ratio, ratio]
-    return share < _DETERMINED
+        own = found.known.covariance[0, ratio, ratio] * max(float(found.misfit[0]), 1.0)
+        share[TARGETS.index("inertia")] = own
+    held = [name not in settings.estimated for name in TARGETS]
+    return (share < _DETERMINED) & ~np.array(held)
 
 
 def _stacked(pushes: Sequence[Push]) -> tuple[PushRecord, PushSetup]:
@@ -213,8 +222,15 @@ def _stacked(pushes: Sequence[Push]) -> tuple[PushRecord, PushSetup]:
         raise ValueError("push: an empty sequence; give at least one push")
     alike = {jax.tree.structure(p.setup) for p in pushes}
     shapes = {tuple(np.shape(x) for x in jax.tree.leaves(p.setup)) for p in pushes}
-    half = np.stack([p.setup.half_extents for p in pushes])
-    if len(alike) > 1 or len(shapes) > 1 or not np.allclose(half, half[0]):
+    first = pushes[0].setup
+
+    def is_first(other: PushSetup) -> bool:
+        pairs = [(other.half_extents, first.half_extents)]
+        if first.polygons is not None and other.polygons is not None:
+            pairs.append((other.polygons, first.polygons))
+        return all(np.allclose(a, b) for a, b in pairs)
+
+    if len(alike) > 1 or len(shapes) > 1 or not all(is_first(p.setup) for p in pushes):
         raise ValueError("push: the outlines differ; give pushes of one body with the same setup")
 
     def double(*rows: AnyArray) -> np.ndarray:

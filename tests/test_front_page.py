@@ -12,6 +12,7 @@ import pytest
 
 import mjx_inertia as mi
 from mjx_inertia.estimators import EstimateStatus
+from mjx_inertia.estimators.sysid import SysidSettings
 from mjx_inertia.pushing import PushStatus
 
 SOURCE = Path(mi.__file__)
@@ -173,9 +174,13 @@ def test_pushes_that_cannot_be_made_are_refused(arguments, message):
 
 
 def test_speed_and_duration_are_positive():
-    for name in ("speed", "duration"):
+    for name in ("speed", "duration", "friction"):
         with pytest.raises(ValueError, match=f"{name}=0.0: must be positive"):
             mi.simulate_push(BOX, (-0.075, 0.0), **{name: 0.0})
+    with pytest.raises(ValueError, match=r"tip_time_constant=0\.001: must be 0\.01 s or more"):
+        mi.simulate_push(BOX, (-0.075, 0.0), tip_time_constant=0.001)
+    with pytest.raises(ValueError, match=r"tip_friction=-0\.1: must be zero or more"):
+        mi.simulate_push(BOX, (-0.075, 0.0), tip_friction=-0.1)
 
 
 def test_no_push_and_pushes_of_two_objects_are_refused(pushes):
@@ -184,6 +189,18 @@ def test_no_push_and_pushes_of_two_objects_are_refused(pushes):
     setup = pushes[0].setup.replace(half_extents=np.array([0.05, 0.05, 0.05]))
     with pytest.raises(ValueError, match="outlines differ"):
         mi.identify([pushes[0], pushes[0].replace(setup=setup)])
+    with pytest.raises(ValueError, match="uniform_density"):
+        mi.identify(pushes[0], settings=SysidSettings(uniform_density=True))
+
+
+@pytest.mark.long
+def test_what_is_held_is_not_determined(pushes):
+    held = SysidSettings(estimated=("mass", "friction", "tip_friction"), progress=False)
+    found = mi.identify(pushes[0], settings=held)
+    np.testing.assert_array_equal(found.determined, [True, False, False, False])
+    assert found.explain().count("not determined") == 3
+    with pytest.raises(ValueError, match="push=1: there are 1"):
+        found.draw(1)
 
 
 # --- what the documents print

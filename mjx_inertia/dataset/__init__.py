@@ -27,6 +27,7 @@ from mjx_inertia.dataset.source import (
     MeasuredSettings as MeasuredSettings,
     SimulatedSettings as SimulatedSettings,
     Source as Source,
+    generate as generate,
     measured_source as measured_source,
     provenance as provenance,
     simulated_source as simulated_source,

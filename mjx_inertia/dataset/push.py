@@ -74,11 +74,18 @@ def simulate_push(
 
     Raises:
       ValueError: a contact point off the outline, a direction that does not lead into the object
-        or in which the tip misses it, a speed or a duration that is not positive; each by its name.
+        or in which the tip misses it, a speed, duration or friction that is not positive, or a
+        contact that is too stiff; each by its name.
     """
-    for name, value in (("speed", speed), ("duration", duration)):
+    friction = obj.friction if friction is None else friction
+    positive = {"speed": speed, "duration": duration, "friction": friction}
+    for name, value in positive.items():
         if not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name}={value}: must be positive")
+    if not 0.0 <= tip_friction < np.inf:
+        raise ValueError(f"tip_friction={tip_friction}: must be zero or more")
+    if not 0.01 <= tip_time_constant < np.inf:
+        raise ValueError(f"tip_time_constant={tip_time_constant}: must be 0.01 s or more")
     settings = SceneSettings()
     height, radius = min(settings.tip_height, obj.height / 2), settings.tip_radius
     polygons = plan_polygons(obj, height, radius)
@@ -95,9 +102,7 @@ def simulate_push(
     centroid = obj.footprint.centroid
     pose = np.append(centroid, 0.0)
     plan = None if obj.is_box else _of_shape_class(polygons - centroid)
-    parameters = object_parameters(
-        obj, obj.friction if friction is None else friction, tip_friction, tip_time_constant
-    )
+    parameters = object_parameters(obj, friction, tip_friction, tip_time_constant)
     com = np.asarray(obj.inertial.com, float)
     parameters = parameters.replace(com=com - np.append(centroid, 0.0), polygons=plan)
 

@@ -139,12 +139,12 @@ def generate(settings: GenerateSettings, *, progress: bool = True) -> PushStore:
     todo = store.missing(blocks)
     if not todo:
         return store
-    made, here = store.attributes["provenance"]["device"], provenance()["device"]
-    if made != here:
+    made, here = store.attributes["provenance"].get("device"), provenance()["device"]
+    if made != here and len(store.missing()) < store.blocks:
         raise StoreError(
             f"{settings.path}: begun on {made}, this process has {here}; signals would differ in "
-            "the last digits of single precision. Go on with as many devices (devices=...), or "
-            "name another folder with dataset.path=..."
+            "the last digits of single precision. Go on with as many devices of this kind "
+            "(devices=...), or name another folder with dataset.path=..."
         )
     scene = build_scene(cube(0.15, 1.0), settings.scene)
     pushes = sum(len(store.rows(b)) for b in blocks)

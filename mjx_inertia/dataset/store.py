@@ -164,6 +164,11 @@ def create_store(
                 f"{path}: made with another {key} ({changed}); name another folder with "
                 "dataset.path=..., or remove this one"
             )
+    if store.attributes["digests"] != attributes["digests"]:
+        raise StoreError(
+            f"{path}: another version of this package planned other pushes for the same config; "
+            "name another folder with dataset.path=..., or remove this one"
+        )
     return store
 
 
@@ -244,8 +249,10 @@ def _block_attributes(store: PushStore, block: int) -> dict[str, Any]:
 
 def remove_leftovers(store: PushStore) -> None:
     """Removes unfinished blocks of processes of this machine that have ended."""
-    for folder in (store.path / "blocks").glob(f".*-{platform.node()}-*"):
-        pid = folder.name.rpartition("-")[2]
+    for folder in (store.path / "blocks").glob(".*-*"):
+        place, _, pid = folder.name.rpartition("-")
+        if place.partition("-")[2] != platform.node():
+            continue
         with contextlib.suppress(PermissionError):  # of another user, and alive
             try:
                 os.kill(int(pid), 0)

@@ -26,7 +26,6 @@ from mjx_inertia.objects.depth_fusion import (
 from mjx_inertia.objects.export import export_objects as export_objects
 from mjx_inertia.objects.manifolds import outlines_between as outlines_between
 from mjx_inertia.objects.mcube import load_mcube_objects as load_mcube_objects
-from mjx_inertia.objects.mesh_defects import find_defects as find_defects
 from mjx_inertia.objects.mesh_integrals import (
     mass_properties as mass_properties,
     polyhedron_properties as polyhedron_properties,

@@ -174,6 +174,7 @@ def _robot(
         parents=tuple(number[before] for before in befores),
         hands=tuple(number[owner[link]] for link, _ in ends),
         prismatic=tuple(j.kind == "prismatic" for j in joints),
+        radius=0.1 if free else 0.05,
         name=tree.name,
         joint_names=tuple(j.name for j in joints),
         note=_note(tree, owner, moving),

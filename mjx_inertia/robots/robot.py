@@ -110,5 +110,14 @@ def check_joints(robot: Robot, **vectors: Float[AnyArray, "..."]) -> None:
             )
 
 
+def check_free_base(robot: Robot) -> None:
+    """Raises ValueError for a robot whose base is fixed."""
+    if robot.base is None:
+        raise ValueError(
+            f"`robot` {robot.name} has a fixed base; take the functions of `mjx_inertia.robots`, "
+            "such as `inverse_dynamics`"
+        )
+
+
 def _known(x: Any) -> Any:
     return x if isinstance(x, jax.core.Tracer) else np.asarray(x, np.float64)

@@ -139,7 +139,8 @@ def _write(
 
 
 def _check_writable(folder: Path) -> None:
-    place = folder if folder.exists() else folder.absolute().parent
+    places = folder.absolute(), *folder.absolute().parents
+    place = next(place for place in places if place.exists())
     if not place.is_dir() or not os.access(place, os.W_OK):
         raise OSError(f"{folder}: cannot be written; expected a folder, or a new one in a folder")
 

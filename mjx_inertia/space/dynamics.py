@@ -22,7 +22,7 @@ from mjx_inertia.robots.recursions import (
     scatter_axes,
     select_axes,
 )
-from mjx_inertia.robots.robot import Robot, check_joints
+from mjx_inertia.robots.robot import Robot, check_free_base, check_joints
 from mjx_inertia.spatial.components import stacked
 
 
@@ -45,6 +45,7 @@ class Forces:
 
 def inertias(robot: Robot, q: Float[Array, " n"]) -> Inertias:
     """H_b, H_bm and H_m at joint positions `q`."""
+    check_free_base(robot)
     check_joints(robot, q=q)
     matrix = composite_inertias(robot, joints_at(robot, unstack(q)))
     return Inertias(
@@ -68,6 +69,7 @@ def floating_base_inverse_dynamics(
       base: twist of the base, and its acceleration (that of its origin, in its axes).
       rates: joint velocities and accelerations.
     """
+    check_free_base(robot)
     check_joints(robot, q=q, qd=rates[0], qdd=rates[1])
     _, omega = scatter_axes(robot, unstack(base[0]))
     linear, alpha = scatter_axes(robot, unstack(base[1]))
@@ -96,6 +98,9 @@ def hand_jacobians(
     robot: Robot, q: Float[Array, " n"]
 ) -> tuple[Float[Array, "2 k k"], Float[Array, "2 k n"]]:
     """J_b and J_e of Eq. 7.4: twists of both hands for those of the base and of the joints."""
+    check_free_base(robot)
+    if len(robot.hands) != 2:
+        raise ValueError(f"`robot` {robot.name} has {len(robot.hands)} hands; expected two")
     check_joints(robot, q=q)
     links = frames_at(robot, q)
     places = [hand_frame(robot, links, k).origin for k in (0, 1)]

@@ -4,6 +4,7 @@ In: a symmetric positive definite matrix; what is known to be zero stays out of 
 factor, and solutions with it. Where the matrix is not positive definite they are not finite.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -80,7 +81,10 @@ def cholesky(matrix: Matrix, *, marked: bool = True) -> Cholesky:
         for entry in row:
             pivot = minus(pivot, times(entry, entry))
         lower.append(row)
-        inverse = pivot**-0.5 if isinstance(pivot, float) else jax.lax.rsqrt(pivot)
+        if isinstance(pivot, float):
+            inverse: Component = pivot**-0.5 if pivot > 0.0 else math.nan
+        else:
+            inverse = jax.lax.rsqrt(pivot)
         inverse_diagonal.append(computed_once(inverse) if marked else inverse)
     return Cholesky(tuple(lower), Vector(inverse_diagonal), marked)
 
@@ -100,10 +104,6 @@ def solve_lower(factor: Cholesky, vector: Sequence[Component]) -> list[Component
 
 def solve_upper(factor: Cholesky, vector: Sequence[Component]) -> list[Component]:
     return list(factor.solve_upper(vector))
-
-
-def inverse(factor: Cholesky) -> SymmetricMatrix:
-    return factor.inverse()
 
 
 def inner(a: Sequence[Component], b: Sequence[Component]) -> Component:

@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset import CubesProtocol, GenerateSettings, open_store
+from mjx_inertia.dataset import CubesProtocol, GenerateSettings, generate, open_store
 from mjx_inertia.dataset.plan import Range
-from mjx_inertia.dataset.source import generate
-from mjx_inertia.dataset.store import StoreError, create_store, read_block
+from mjx_inertia.dataset.store import StoreError, create_store, read_block, write_block
 from mjx_inertia.pushing import SceneSettings
 
 PROTOCOL = CubesProtocol(
@@ -115,11 +114,12 @@ def test_bad_shards_are_named(tmp_path, shard):
         generate(GenerateSettings(tmp_path / "s.zarr", PROTOCOL, shard=shard), progress=False)
 
 
-def test_a_store_of_other_devices_is_not_gone_on_with(tmp_path):
+def test_a_store_of_other_devices_is_not_gone_on_with(reference, tmp_path):
     settings = GenerateSettings(tmp_path / "s.zarr", PROTOCOL, block=50)
-    create_store(
+    store = create_store(
         settings.path, settings.plan(), settings.config(), rate=settings.scene.rate, block=50,
         seed=0, provenance={"device": "3 x cpu"},
     )  # fmt: skip
+    write_block(store, 0, reference[0])
     with pytest.raises(StoreError, match=r"begun on 3 x cpu, this process has 1 x cpu.*devices="):
         generate(settings, progress=False)

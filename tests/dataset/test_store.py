@@ -168,12 +168,20 @@ def test_unfinished_blocks_do_not_count_and_are_cleared(tmp_path):
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     names = [f".00001-{platform.node()}-{pid}" for pid in (ended.pid, os.getpid())]
-    for name in (*names, f".00001-elsewhere-{ended.pid}"):
+    others = [f".00001-{node}-{ended.pid}" for node in ("else", f"a-{platform.node()}")]
+    for name in (*names, *others):
         (store.path / "blocks" / name).mkdir()
     assert store.missing() == [0, 1, 2]
     remove_leftovers(store)
     left = {folder.name for folder in (store.path / "blocks").glob(".0*")}
-    assert left == {names[1], f".00001-elsewhere-{ended.pid}"}
+    assert left == {names[1], *others}
+
+
+def test_other_pushes_of_the_same_config_are_refused(tmp_path):
+    make(tmp_path / "s.zarr")
+    options = {"config": {"a": 1}, "rate": 100.0, "block": 6, "seed": 0, "provenance": {}}
+    with pytest.raises(StoreError, match="another version of this package planned other pushes"):
+        create_store(tmp_path / "s.zarr", cubes_plan(SMALL, seed=1), **options)
 
 
 def test_two_jobs_may_write_the_same_block(tmp_path):

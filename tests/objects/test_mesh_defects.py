@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from mjx_inertia.objects import find_defects, mass_properties
-from mjx_inertia.objects.mesh_defects import MeshDefect
+from mjx_inertia.objects import mass_properties
+from mjx_inertia.objects.mesh_defects import MeshDefect, find_defects
 from mjx_inertia.objects.mesh_repair import repair_mesh
 
 pytestmark = pytest.mark.float64
