@@ -17,13 +17,13 @@ from mjx_inertia.objects import (
     cast_views,
     combine_shape_and_push,
     estimate_shape,
-    find_defects,
     join_views,
     mass_properties,
     with_noise,
 )
 from mjx_inertia.objects.depth_camera import point_cloud
 from mjx_inertia.objects.depth_fusion import fuse_views
+from mjx_inertia.objects.mesh_defects import find_defects
 from mjx_inertia.spatial import to_log_cholesky, to_planar
 
 NOISE = 0.001
