@@ -102,6 +102,10 @@ def _dataset(raw: dict[str, Any], seed: int) -> SimulatedSettings | MeasuredSett
             )
         objects = Path(raw["objects"]) if raw["objects"] else None
         return MeasuredSettings(raw["name"], Path(raw["root"]), objects, raw["rate"], raw["spread"])
+    if raw["kind"] not in _PROTOCOLS:
+        raise ValueError(f"dataset.kind={raw['kind']}: expected one of {sorted(_PROTOCOLS)}")
+    if not raw["path"]:
+        raise ValueError("dataset.path is not set: give the folder of the store")
     generate = GenerateSettings(
         path=Path(raw["path"]),
         protocol=override(_PROTOCOLS[raw["kind"]], raw["protocol"], "dataset.protocol"),
@@ -138,6 +142,8 @@ def from_config(config: DictConfig, others: Collection[str] = ()) -> SweepSettin
     """
     raw = OmegaConf.to_container(config, resolve=True)
     assert isinstance(raw, dict)
+    if type(raw["seed"]) is not int or not 0 <= raw["seed"] < 2**32:
+        raise ValueError(f"seed={raw['seed']}: expected a whole number from 0 to {2**32 - 1}")
     _refuse_unknown(raw, {*_SECTIONS, *others})
     _refuse_unknown(raw["dataset"], _DATASET, "dataset.")
     _refuse_unknown(raw["estimator"], ["names", *ESTIMATORS], "estimator.")
@@ -149,8 +155,12 @@ def from_config(config: DictConfig, others: Collection[str] = ()) -> SweepSettin
         name: override(entry.settings(), raw["estimator"].get(name, {}), f"estimator.{name}")
         for name, entry in ESTIMATORS.items()
     }
+    try:
+        dataset = _dataset(raw["dataset"], raw["seed"])
+    except TypeError as error:
+        raise ValueError(f"dataset: a value is of another type than its option: {error}") from None
     return SweepSettings(
-        dataset=_dataset(raw["dataset"], raw["seed"]),
+        dataset=dataset,
         estimators={name: chosen[name] for name in raw["estimator"]["names"]},
         features=override(FeatureSettings(), raw["features"], "features"),
         seed=raw["seed"],

@@ -5,7 +5,9 @@ cubes of §3.3.2). Out: a `PushPlan`: parameters, motions, truth and conditions 
 """
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import numpy as np
@@ -49,9 +51,35 @@ class Range:
     high: float
     count: int
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for a range that has no values."""
+        if not (-np.inf < self.low <= self.high < np.inf and self.count >= 1):
+            raise ValueError(f"{self}: expected low ≤ high, both finite, and a count of 1 or more")
+
     def values(self) -> Float[np.ndarray, " count"]:
         """The values."""
         return np.linspace(self.low, self.high, self.count)
+
+
+def check_positive(owner: Any, names: Iterable[str]) -> None:
+    """Raises ValueError, naming the field, unless fields are positive and finite.
+
+    Of a tuple every entry is, and there is one; of a `Range` its least value; None is left out.
+    """
+    for name in names:
+        value = getattr(owner, name)
+        numbers = value.low if isinstance(value, Range) else () if value is None else value
+        known = value is None or np.size(numbers) > 0
+        if not (known and all(0.0 < x < np.inf for x in np.ravel(numbers))):
+            raise ValueError(f"dataset.protocol.{name}={value}: expected positive numbers")
+
+
+def check_intervals(owner: Any, names: Iterable[str]) -> None:
+    """Raises ValueError, naming the field, unless fields are (low, high), 0 ≤ low ≤ high."""
+    for name in names:
+        value = getattr(owner, name)
+        if not (len(value) == 2 and 0.0 <= value[0] <= value[1] < np.inf):
+            raise ValueError(f"dataset.protocol.{name}={value}: expected 0 ≤ low ≤ high")
 
 
 @dataclass(frozen=True)
@@ -72,6 +100,12 @@ class CubesProtocol:
     tip_time_constant: tuple[float, float] = (0.01, 0.04)
     tip_radius: float = 0.005  # m
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for pushes that cannot be."""
+        check_positive(self, ("mass", "friction", "edge", "points", "speeds", "length"))
+        check_positive(self, ("pushes_per_cube", "tip_time_constant", "tip_radius"))
+        check_intervals(self, ("tip_friction", "tip_time_constant"))
+
 
 @dataclass(frozen=True)
 class Cubes30Protocol:
@@ -87,6 +121,12 @@ class Cubes30Protocol:
     tip_radius: float = 0.005  # m
     # (mass kg, edge m, friction) of each; None for Table 3.1
     cubes: tuple[tuple[float, float, float], ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for pushes that cannot be."""
+        check_positive(self, ("pushes_per_cube", "speed", "acceleration", "length", "tip_radius"))
+        check_positive(self, ("approach", "tip_time_constant", "cubes"))
+        check_intervals(self, ("tip_friction", "tip_time_constant"))
 
 
 # Thesis Table 3.1: mass kg, edge m, friction. The inertia follows from mass and edge (errata 3).

@@ -197,6 +197,20 @@ class SimulatedSettings:
     spread: float = 0.05  # of the sensor noise, three standard deviations over the value
     floor: float = 0.0  # of the sensor noise, times the floors of `SensorNoise`
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for noise and splits that cannot be."""
+        for name in ("spread", "floor"):
+            value = getattr(self, name)
+            if not 0.0 <= value < np.inf:
+                raise ValueError(f"dataset.{name}={value}: expected zero or more")
+        if not 0.0 < self.grouped_share < 1.0:
+            raise ValueError(f"dataset.grouped_share={self.grouped_share}: expected 0 to 1")
+        known = ("thesis", "grouped", "bodies")
+        if not self.splits:
+            raise ValueError(f"dataset.splits={self.splits}: expected some of {known}")
+        if unknown := [name for name in self.splits if name not in known]:
+            raise ValueError(f"dataset.splits has {unknown[0]!r}: choose from {known}")
+
     def split(self, name: str, truth: PushTruth, conditions: PushConditions) -> Split:
         """The split of that name.
 
