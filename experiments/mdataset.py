@@ -3,9 +3,10 @@
     python experiments/mdataset.py dataset.root=PATH [overrides]
 
 The published M-dataset has 11 objects and over 200,000 pushes; what lies below PATH may be a small
-subset of it, and the report says how many pushes and objects it read. Beside the table: the mass
-from Newton's law on the measured motion of single pushes, with the CoM known, and the CoM from many
-slow pushes (`mcube_quasistatic.npz`, `three_point_block/` below PATH, where they are).
+subset of it, and the report says how many pushes and objects it read. Beside the table: mass, I_zz
+and CoM by the simulation driven by the measured force; the mass from Newton's law on the measured
+motion of single pushes, with the CoM known; and the CoM from many slow pushes
+(`mcube_quasistatic.npz`, `three_point_block/` below PATH, where they are).
 """
 
 import dataclasses
@@ -36,6 +37,7 @@ from mjx_inertia.experiment import experiment, sweep_result
 from mjx_inertia.objects import ObjectModel, friction_radius, load_mcube_objects
 from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import SweepResult
+from parts.leave_one_object_out import leave_one_object_out
 from parts.quasistatic_files import SlowPushes, load_block, load_quasistatic
 
 SETTINGS = NewtonSettings()
@@ -219,6 +221,8 @@ def real_pushes(
         probe = {"probe_mass_kg": round(float(table.probe_mass[rows][0]), 3)}
         by_object[str(name)] = {**summary(table, rows), **probe}
     entries: dict[str, Any] = {f"newton_{key}": value for key, value in everything.items()}
+    driven = leave_one_object_out(settings.dataset.root, objects).figures()
+    entries |= {f"sysid_{key}": value for key, value in driven.items()}
     entries |= {f"newton.{name}": values for name, values in by_object.items()}
     errors = slow_pushes(settings.dataset.root, objects)
     block = block_pushes(settings.dataset.root)
@@ -237,6 +241,11 @@ def real_pushes(
     )
     sections = (
         Section("Mass from one push, by Newton's law", masses_figure(table), caption),
+        Section(
+            "Mass, I_zz and CoM by the simulation driven by the measured force",
+            "\n".join(f"{key}: {value}" for key, value in driven.items()),
+            "The other objects calibrate the instrument of each; CoM known for single pushes.",
+        ),
         Section("The same in numbers", "\n".join(lines), f"Informative: below {INFORMATIVE:.0%}."),
         Section(
             "CoM from many slow pushes",

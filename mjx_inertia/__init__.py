@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mjx_inertia.dataset.noise import SensorNoise as SensorNoise
     from mjx_inertia.dataset.push import simulate_push as simulate_push
+    from mjx_inertia.dataset.recording import read_push as read_push
     from mjx_inertia.grasping import rank_grasps as rank_grasps, sample_grasps as sample_grasps
     from mjx_inertia.identification import identify as identify
     from mjx_inertia.objects import (
@@ -39,9 +40,15 @@ _PLACES = {
     "mass_properties": "mjx_inertia.objects.mass_properties",
     "plan_manoeuvre": "mjx_inertia.space.plan_manoeuvre",
     "rank_grasps": "mjx_inertia.grasping.rank_grasps",
+    "read_push": "mjx_inertia.dataset.recording.read_push",
     "sample_grasps": "mjx_inertia.grasping.sample_grasps",
     "simulate_push": "mjx_inertia.dataset.push.simulate_push",
 }
+
+# The command `python -m mjx_inertia.identify` is a package whose name is that of a function here.
+# Once it is imported, later imports of it set no attribute of this module.
+importlib.import_module("mjx_inertia.identify")
+del globals()["identify"]
 
 
 def __getattr__(name: str) -> Any:

@@ -8,7 +8,9 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import NormalDist
+from typing import Any, overload
 
 import jax
 import numpy as np
@@ -17,7 +19,9 @@ from matplotlib.figure import Figure
 
 from mjx_inertia.dataset import SensorNoise
 from mjx_inertia.dataset.push import Push, shared_scene
+from mjx_inertia.dataset.recording import MeasuredPush
 from mjx_inertia.estimators import TARGETS, EstimateStatus
+from mjx_inertia.estimators.force_driven import ForceDrivenSettings, Instrument, load_instrument
 from mjx_inertia.estimators.sysid import (
     Fit,
     SysidSettings,
@@ -28,6 +32,7 @@ from mjx_inertia.estimators.sysid import (
 )
 from mjx_inertia.evaluation import draw_fit, fit_signals
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, with_few_lengths, with_samples
+from mjx_inertia.recorded import RecordedBody, identify_recorded
 from mjx_inertia.spatial import AnyArray
 
 _DEFAULT = SysidSettings(progress=False)
@@ -116,7 +121,47 @@ def _rounded(value: float, error: float) -> str:
     return f"{value:.{decimals}f} ± {error:.{decimals}f}"
 
 
+@overload
 def identify(
+    push: Push | Sequence[Push],
+    *,
+    noise: SensorNoise | None = None,
+    settings: SysidSettings = _DEFAULT,
+    seed: int = 0,
+) -> IdentifiedBody: ...
+
+
+@overload
+def identify(
+    push: MeasuredPush | Sequence[MeasuredPush],
+    *,
+    instrument: Instrument | str | Path | None = None,
+    settings: ForceDrivenSettings | None = None,
+) -> RecordedBody: ...
+
+
+def identify(push: Any, **options: Any) -> IdentifiedBody | RecordedBody:
+    """Inertial parameters of one body from its pushes, simulated or real.
+
+    A `Push` of `simulate_push` goes to `identify_simulated`, which drives the simulation by the
+    path of the tip; a `MeasuredPush` of `read_push` goes to `identify_recorded`, which drives it by
+    the measured force, because a real tip is compliant. Options are those of the function.
+
+    Raises:
+      ValueError: no push, both kinds at once, or what the function refuses.
+    """
+    pushes = list(push) if isinstance(push, Sequence) else [push]
+    if pushes and all(isinstance(p, MeasuredPush) for p in pushes):
+        instrument = options.pop("instrument", None)
+        if isinstance(instrument, str | Path):
+            instrument = load_instrument(instrument)
+        return identify_recorded(pushes, instrument=instrument, **options)
+    if any(isinstance(p, MeasuredPush) for p in pushes):
+        raise ValueError("push: recorded and simulated pushes together; give one kind a call")
+    return identify_simulated(pushes, **options)
+
+
+def identify_simulated(
     push: Push | Sequence[Push],
     *,
     noise: SensorNoise | None = None,

@@ -142,20 +142,26 @@ def record_from_bytes(
             f"{shape!r}; pass `objects` with its outline, mass and I_zz "
             "(mjx_inertia.objects.load_mcube_objects reads a table of your own)",
         )
-    signals = read_signals(content, file)
+    return record_from_signals(read_signals(content, file), file, objects[shape], rate, tip_radius)
+
+
+def record_from_signals(
+    signals: McubeSignals, file: str, obj: ObjectModel, rate: float, tip_radius: float
+) -> PushRecord:
+    """The push in some streams, on common times; `file` is for messages."""
     interval = 1.0 / rate
     time = _push_times(signals, interval, file)
     pose = interpolated(signals.pose, time)
     tip = interpolated(signals.tip, time)
     force = interval_means(signals.force, time, interval)
-    contact = contact_in_world(objects[shape], pose, tip)
+    contact = contact_in_world(obj, pose, tip)
     gap = contact.distance - tip_radius
     touching = np.flatnonzero(gap <= TOUCHING)
     first = int(touching[0]) if len(touching) else int(np.argmin(gap))
     arm = contact.point - pose[:, :2]
     tip_velocity = velocities(signals.tip, time)
     samples = McubeSamples(time, pose, tip_velocity, force, gap)
-    status = mcube_push_status(objects[shape].outline, signals, samples)
+    status = mcube_push_status(obj.outline, signals, samples)
 
     def single(values: Float[ndarray, "..."]) -> jnp.ndarray:
         return jnp.asarray(values, dtype=jnp.float32)

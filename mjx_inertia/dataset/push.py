@@ -51,6 +51,7 @@ def simulate_push(
     friction: float | None = None,
     tip_friction: float = 0.3,
     tip_time_constant: float = 0.02,
+    rate: float = 100.0,
     noise: SensorNoise | None = None,
     seed: int = 0,
 ) -> Push:
@@ -69,6 +70,7 @@ def simulate_push(
       friction: between object and table; that of `obj` if None.
       tip_friction: between tip and object.
       tip_time_constant: of their contact, s; at least 0.01.
+      rate: samples a second, Hz.
       noise: of the sensors; signals are exact if None.
       seed: of the noise.
 
@@ -78,7 +80,7 @@ def simulate_push(
         contact that is too stiff; each by its name.
     """
     friction = obj.friction if friction is None else friction
-    positive = {"speed": speed, "duration": duration, "friction": friction}
+    positive = {"speed": speed, "duration": duration, "friction": friction, "rate": rate}
     for name, value in positive.items():
         if not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name}={value}: must be positive")
@@ -86,7 +88,7 @@ def simulate_push(
         raise ValueError(f"tip_friction={tip_friction}: must be zero or more")
     if not 0.01 <= tip_time_constant < np.inf:
         raise ValueError(f"tip_time_constant={tip_time_constant}: must be 0.01 s or more")
-    settings = SceneSettings()
+    settings = SceneSettings(rate=rate)
     height, radius = min(settings.tip_height, obj.height / 2), settings.tip_radius
     polygons = plan_polygons(obj, height, radius)
     middle, point, normal, path = _first_touch(obj, polygons, contact_point, direction, radius)

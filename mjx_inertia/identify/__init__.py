@@ -1,0 +1,1 @@
+"""The command `python -m mjx_inertia.identify`."""
