@@ -17,10 +17,9 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia import runtime
 from mjx_inertia.pushing.parameters import PushParameters
-from mjx_inertia.pushing.record import PushRecord, push_length, push_status
+from mjx_inertia.pushing.record import Motion, PushRecord, push_length, push_status
 from mjx_inertia.pushing.rollout import Sample, initial_state, rollout
 from mjx_inertia.pushing.scene import Scene
-from mjx_inertia.pushing.setup import Motion
 from mjx_inertia.spatial import AnyArray
 
 SEGMENT = 125  # samples: the four speeds of the data take 2, 3, 6 and 12 segments

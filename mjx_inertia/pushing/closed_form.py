@@ -13,14 +13,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjx_inertia.pushing.contact_problem import Constraints, ContactProblem
-from mjx_inertia.pushing.contact_rows import ContactLaw, contact_rows
+from mjx_inertia.pushing.contact_problem import (
+    Constraints,
+    ContactLaw,
+    ContactProblem,
+    contact_rows,
+)
 from mjx_inertia.pushing.parameters import PushParameters, feet_offsets
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.settings import (
     FLOOR_SOLIMP,
     FLOOR_SOLREF,
     GRAVITY,
+    IMPRATIO,
     TIP_SOLIMP,
     TIP_SOLREF_FRICTION,
 )
@@ -137,13 +142,14 @@ def integrate_rotation(quaternion: Vector, spin: Vector, step: float) -> Vector:
 
 def _tip_law(scene: Scene, p: PushParameters) -> ContactLaw:
     """Stiffness of the contact between tip and object."""
-    solref = (p.tip_time_constant, 1.0)
-    return ContactLaw(solref, TIP_SOLREF_FRICTION, TIP_SOLIMP, scene.settings.timestep)
+    solref, timestep = (p.tip_time_constant, 1.0), scene.settings.timestep
+    return ContactLaw(solref, TIP_SOLREF_FRICTION, TIP_SOLIMP, IMPRATIO, timestep)
 
 
 def _floor_law(scene: Scene) -> ContactLaw:
     """Stiffness of the contacts between object and table."""
-    return ContactLaw(FLOOR_SOLREF, FLOOR_SOLREF, FLOOR_SOLIMP, scene.settings.timestep)
+    timestep = scene.settings.timestep
+    return ContactLaw(FLOOR_SOLREF, FLOOR_SOLREF, FLOOR_SOLIMP, IMPRATIO, timestep)
 
 
 def _tip_inverse_mass(scene: Scene, p: PushParameters) -> Array:

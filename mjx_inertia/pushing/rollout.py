@@ -14,8 +14,8 @@ from mjx_inertia.pushing.closed_form import free_problem, integrate_rotation, pl
 from mjx_inertia.pushing.contact_problem import cone_forces, constraint_residual
 from mjx_inertia.pushing.parameters import PushParameters, resting_height, with_parameters
 from mjx_inertia.pushing.quiet_mjx import mjx
+from mjx_inertia.pushing.record import Motion
 from mjx_inertia.pushing.scene import Scene
-from mjx_inertia.pushing.setup import Motion
 from mjx_inertia.spatial.unrolled import Vector, computed_once
 
 
