@@ -1,6 +1,5 @@
 """What the documents name is there: files, modules, functions, links."""
 
-import importlib
 import pkgutil
 import re
 from pathlib import Path
@@ -24,15 +23,10 @@ def text(request):
 
 def is_found(dotted):
     """Whether a dotted name is a module, or an attribute of one."""
-    module, *names = dotted.split(".")
-    found = importlib.import_module(module)
-    for i, name in enumerate(names):
-        if not hasattr(found, name) and hasattr(found, "__path__"):
-            found = importlib.import_module(".".join([module, *names[: i + 1]]))
-        else:
-            found = getattr(found, name, None)
-        if found is None:
-            return False
+    try:
+        pkgutil.resolve_name(dotted)
+    except (ImportError, AttributeError):
+        return False
     return True
 
 
