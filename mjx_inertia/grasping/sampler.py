@@ -1,7 +1,6 @@
 """Candidate grasps of a parallel jaw: antipodal pairs of points on a mesh that the hand can reach.
 
-In: an object, a gripper, a number of grasps. Out: `GraspSample`, or grasps at chosen points and
-along chosen directions.
+In: an object, a gripper, a number of grasps. Out: `GraspSample`.
 """
 
 import dataclasses
@@ -15,7 +14,6 @@ from numpy import ndarray
 from mjx_inertia.grasping.grasp import Grasp, Gripper, grasps_at, hand_frames_from_points
 from mjx_inertia.grasping.hand_clearance import above_plane, collides, pads_blocked
 from mjx_inertia.objects import ObjectModel
-from mjx_inertia.spatial import AnyArray
 
 _INSIDE = 1e-6  # of the object's size: how far inside the surface a ray starts
 
@@ -142,43 +140,6 @@ def sample_grasps(
         )
     )
     return GraspSample(grasps, count, rays, rejected)
-
-
-def grasps_along(
-    obj: ObjectModel,
-    points: Float[AnyArray, "n 3"],
-    closing: Float[AnyArray, "n 3"],
-    approach: Float[AnyArray, "n 3"],
-) -> Grasp:
-    """Grasps of the material around chosen points, along chosen directions.
-
-    The contacts are the nearest surfaces along `closing` (from pad 0 to pad 1) and against it, from
-    points (m, object frame) inside the object. Of `approach`, the direction out of the palm, only
-    the part normal to `closing` counts. `grasp_fit` says whether a gripper can take such a grasp.
-
-    Raises:
-      ValueError: a point is not inside the object, or an approach is along `closing`; with the row.
-    """
-    points = np.asarray(points, dtype=np.float64)
-    closing = np.asarray(closing, dtype=np.float64)
-    direction = closing / np.linalg.norm(closing, axis=1, keepdims=True)
-    places = np.full((len(points), 2, 3), np.nan)
-    normals = np.full((len(points), 2, 3), np.nan)
-    for pad, sign in enumerate((-1.0, 1.0)):
-        hit, ray, face = obj.mesh.ray.intersects_location(
-            points, sign * direction, multiple_hits=False
-        )
-        leaving = sign * np.sum(obj.mesh.face_normals[face] * direction[ray], axis=1) > 0.0
-        places[ray[leaving], pad] = hit[leaving]
-        normals[ray[leaving], pad] = -obj.mesh.face_normals[face[leaving]]
-    outside = np.flatnonzero(np.isnan(places).any(axis=(1, 2)))
-    if len(outside):
-        row = int(outside[0])
-        raise ValueError(
-            f"{obj.name}: {len(outside)} of {len(points)} `points` are not inside the object, the "
-            f"first is point {row} = {points[row].tolist()}"
-        )
-    return grasps_at(places, normals, np.asarray(approach, dtype=np.float64))
 
 
 def _opposite_contacts(
