@@ -66,9 +66,9 @@ def read_problem(
     """The problem that MJX's data describe.
 
     Args:
-      model: the MJX model, with `cone="elliptic"`.
-      data: MJX data with mass matrix and constraint rows filled in.
-      smooth: generalised force without constraints, (nv,), N and N m.
+      model: with `cone="elliptic"`.
+      data: with mass matrix and constraint rows filled in.
+      smooth: generalised force without constraints, N and N m.
       prescribed: degrees of freedom with a prescribed constant velocity.
 
     Raises:
@@ -83,6 +83,7 @@ def read_problem(
     address, dimensions = np.asarray(contact.efc_address), np.asarray(contact.dim)
     first = int(efc.ne) + int(efc.nl)
 
+    # constraints of one kind and dimension side by side
     def group(index: np.ndarray, rows: Sequence[np.ndarray], bilateral: bool) -> Constraints:
         friction = [contact.friction[index, i] for i in range(len(rows) - 1)]
         one = jnp.ones(len(rows[0]), efc.efc_J.dtype)

@@ -220,12 +220,12 @@ def solve(
     iterations: int = 20,
     line_search: int = 20,
 ) -> mjx.Data:
-    """Solves the contact problem of one scene.
+    """Solves the contact problem of one MJX scene.
 
     Args:
-      model: the MJX model, with `cone="elliptic"`.
-      data: MJX data with mass matrix, constraint rows and `qacc_warmstart` filled in.
-      smooth: generalised force without constraints, (nv,), N and N m.
+      model: with `cone="elliptic"`.
+      data: with mass matrix, constraint rows and `qacc_warmstart` filled in.
+      smooth: generalised force without constraints, N and N m.
       prescribed: degrees of freedom with a prescribed constant velocity.
       iterations: Newton steps at most; they end when the last one came from an acceleration that
         was off by less than `TOLERANCE` of the unconstrained one (in the norm of the mass matrix).
@@ -266,7 +266,7 @@ def differentiable_step(
     Args:
       model: with `cone="elliptic"` and the integrator Euler or implicitfast.
       data: its state.
-      iterations: Newton steps of the constraint solver at most; they end when it has converged.
+      iterations: Newton steps of the constraint solver at most.
       line_search: evaluations along each at most.
 
     Raises:
