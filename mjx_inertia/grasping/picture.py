@@ -52,14 +52,7 @@ def picture_of(
     The paint is the mean over grasps that touch nearby and can be carried out, however hard the jaw
     must squeeze; grey where there are none. Colours leave out the worst tenth of these costs.
 
-    Args:
-      ranking: of the grasps.
-      obj: the object.
-      gripper: that grasps.
-      arm: that holds.
-      path: of the object.
-      metric: one of `ranking.names`.
-      hands: how many to draw.
+    `metric` is one of `ranking.names`; `hands` are drawn, the best ones.
 
     Raises:
       ValueError: no grasp can be used.

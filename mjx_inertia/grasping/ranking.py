@@ -88,15 +88,9 @@ def evaluate_grasps(
     metrics: Sequence[str] = tuple(METRICS),
     settings: ReachSettings | None = None,
 ) -> GraspCosts:
-    """Plans the motion of each grasp and takes the metrics.
+    """Plans the motion of each grasp and takes the metrics, by their names in `METRICS`.
 
-    Args:
-      arm: without the object.
-      payload: of the object, in its own frame.
-      T_obj_hand: hands in the object's frame, leading axis n.
-      path: of the object.
-      metrics: names in `METRICS`.
-      settings: how poses are reached.
+    The arm is without the object, `payload` in the object's frame, as are the n hands `T_obj_hand`.
 
     Raises:
       ValueError: an unknown metric, or no grasps.
@@ -177,7 +171,7 @@ def rank_grasps(
       path: of the object.
       metric: one of `CRITERIA`, or `EPSILON`.
       friction: between pads and object; the pads' torsion is that of patches of 9 mm.
-      settings: how poses are reached.
+      settings: of the inverse kinematics.
 
     Raises:
       ValueError: another metric.

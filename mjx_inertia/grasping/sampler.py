@@ -94,13 +94,8 @@ def sample_grasps(
     is held by its wall or around it). A pair is kept if the jaw can open that wide and the hand
     does not overlap the object, see `hand_clearance`.
 
-    Args:
-      obj: whose `mesh` is grasped.
-      gripper: the hand.
-      count: how many grasps.
-      seed: the same seed gives the same grasps.
-      friction: Coulomb's coefficient between pad and object.
-      settings: how candidates are drawn.
+    The same `seed` gives the same grasps; `friction` is Coulomb's coefficient between pad and
+    object.
 
     Warns:
       UserWarning: fewer than `count` were found.
@@ -125,6 +120,7 @@ def sample_grasps(
         found.append(_reachable(obj.mesh, gripper, pairs, settings, generator, rejected))
         rays += batch
         have += len(found[-1])
+    # fewer than asked for, or none
     if have == 0:
         raise ValueError(_nothing_found(obj.name, gripper, friction, widths, rejected))
     if have < count:
@@ -151,12 +147,14 @@ def _opposite_contacts(
     rejected: dict[str, int],
 ) -> _Candidates:
     """Pairs within both friction cones, with a random direction of approach."""
+    # a point on the surface, and a ray from it into the object
     drawn = trimesh.sample.sample_surface(mesh, count, seed=generator)
     start, face = np.asarray(drawn[0]), np.asarray(drawn[1])
     inward = -mesh.face_normals[face]
     direction = _within_cone(inward, tilt * np.arctan(friction), generator)
     origin = start + _INSIDE * mesh.scale * inward
     hit, ray, other = mesh.ray.intersects_location(origin, direction, multiple_hits=True)
+    # where the ray leaves the object, the first hit first, within the other friction cone
     order = np.lexsort((np.sum((hit - origin[ray]) ** 2, axis=1), ray))
     hit, ray, other = hit[order], ray[order], other[order]
     cosine = np.sum(mesh.face_normals[other] * direction[ray], axis=1)
@@ -189,11 +187,13 @@ def _reachable(
     rejected: dict[str, int],
 ) -> _Candidates:
     """Hands on the pairs that the gripper can open to and that overlap nothing, in random order."""
+    # pairs that the jaw opens to and whose fingers have room
     fits = (pairs.width >= gripper.closed_width) & (pairs.width <= gripper.open_width)
     rejected["width"] += int(np.sum(~fits))
     pairs = pairs[fits]
     blocked = pads_blocked(mesh, gripper, pairs.points, settings.clearance)
     rejected["pads"] += int(np.sum(blocked))
+    # hands that approach from all sides, above the table, around the object
     hands = _turned(pairs[~blocked], settings.approaches)
     hands = hands[generator.permutation(len(hands))]
     frames = hand_frames_from_points(hands.points, hands.approach)

@@ -19,9 +19,9 @@ from mjx_inertia.grasping.two_soft_fingers import least_normal_force
 from mjx_inertia.robots import over_states
 from mjx_inertia.spatial import InertialParameters
 
-_DIRECTIONS = 500
-_STARTS = 24
-_STEPS = 20
+_DIRECTIONS = 500  # that are looked at
+_STARTS = 24  # the weakest of them, from which the climb sets out
+_STEPS = 20  # of each climb
 _BLOCK = 32  # grasps at once
 
 
@@ -57,12 +57,8 @@ def epsilon_quality(
     from the 24 weakest of 500 directions. A local maximum would give too large an ε; with 120 of
     2,000 none of 400 random grasps got a smaller one.
 
-    Args:
-      contacts: the two of one grasp.
-      pad: friction.
-      reference: of moments, m, in the object frame; usually the CoM.
-      length: m, by which moments are divided.
-      norm: "l1" or "linf": normal forces of at most 1 N in sum, or each.
+    Moments are about `reference` (m, object frame; usually the CoM) and divided by `length` (m);
+    `norm` is "l1" or "linf": normal forces of at most 1 N in sum, or each.
     """
     held = jax.lax.stop_gradient((contacts, pad, reference, jnp.asarray(length)))
 

@@ -79,6 +79,7 @@ def read_problem(
     efc, contact = data._impl, data._impl.contact
     if int(efc.nf):
         raise ValueError("joints and tendons with frictionloss are not handled: set it to 0")
+    # where the rows of each kind stand in MJX's Jacobian
     free = tuple(j for j in range(model.nv) if j not in prescribed)
     address, dimensions = np.asarray(contact.efc_address), np.asarray(contact.dim)
     first = int(efc.ne) + int(efc.nl)
@@ -97,6 +98,7 @@ def read_problem(
             bilateral=bilateral,
         )
 
+    # equalities, then joint limits, then contacts by their dimension
     none = np.zeros(0, int)
     groups = [
         group(none, [rows], bilateral)

@@ -126,6 +126,7 @@ def _line_search(
     Returns:
       The length, and the slope there.
     """
+    # slope and curvature of the whole cost at a step length
     lines = [_line(c, a, step) for c in constraints]
 
     def derivatives(length: Array) -> tuple[Array, Array]:
@@ -142,6 +143,7 @@ def _line_search(
 
     def body(state: tuple[Array, ...]) -> tuple[Array, ...]:
         count, length, low, high, first, second = state
+        # the bracket closes in; Newton's step where it stays inside
         low, high = jnp.where(first < 0, length, low), jnp.where(first < 0, high, length)
         newton = length - first / second
         middle = jnp.where(jnp.isfinite(high), low + _SHARE_OF_BRACKET * (high - low), 2.0 * length)
