@@ -170,6 +170,7 @@ def contact_rows(
       friction: of each row but the first.
       inverse_mass: of the two bodies, summed: what MuJoCo scales regularisation with, 1/kg.
     """
+    touches = distance < 0
     # regularisation and reference acceleration (MuJoCo documentation, "Solver parameters")
     impedance = computed_once(law.impedance(distance))
     regularisation = inverse_mass * (1.0 - impedance) / impedance
@@ -180,12 +181,11 @@ def contact_rows(
     reference += -damping * velocity[1:]
     row_regularisation = [regularisation, *(sideways * (friction[0] / mu) ** 2 for mu in friction)]
     # an open contact has rows of zeros
-    touches, zero = distance < 0, jnp.zeros_like(distance)
+    count, zero = jnp.shape(distance), jnp.zeros_like(distance)
 
     def where_touching(x: Component) -> Array:
         return computed_once(jnp.where(touches, x, zero))
 
-    count = jnp.shape(distance)
     mu = jnp.broadcast_to(friction[0], count)
     return Constraints(
         jacobian=jax.tree.map(where_touching, jacobian),
