@@ -30,10 +30,10 @@ from mjx_inertia.grasping import (
     plan_motion,
     signals_along_path,
 )
-from mjx_inertia.grasping.collision import Bottle, Collision, Pillar, collide
 from mjx_inertia.objects import load_catalogue
 from mjx_inertia.robots import Robot, baxter, with_payload
 from mjx_inertia.spatial import InertialParameters, Pose
+from parts.collision import Bottle, Collision, Pillar, collide
 
 IMPACT = 37  # of 50 waypoints: at 1.5 s of 2 s, as in the thesis
 # §5.3.1: the hand goes from (1, 0, 0.03) to (1.1, -0.38, 0.16) without turning, in the base's frame

@@ -91,20 +91,19 @@ def _feature_set(choice: Any) -> str:
 
 
 def _widest(name: str, sets: Iterable[str]) -> str:
-    """Of some feature sets one that holds all of a set."""
+    """One of `sets` that holds all features of the set `name`."""
     return next((wide for wide in sorted(sets) if name in families_of(wide)), name)
 
 
 def tabulate(source: Source, settings: SweepSettings) -> tuple[dict[str, Examples], PushRecord]:
-    """Features of all pushes in one pass, one table for each feature set in use.
-
-    Sets that are part of another in use share its table.
-    """
+    """Features of all pushes in one pass, one table for each feature set in use; a few records."""
+    # the tables to make: a set that is part of another in use needs none
     sets = {_feature_set(s) for s in settings.estimators.values()}
     wider = {name: _widest(name, sets) for name in sets}
     sets = set(wider.values())
     parts: dict[str, list[Examples]] = {name: [] for name in sorted(sets)}
     keep = any(ESTIMATORS[name].signals for name in settings.estimators)
+    # one pass over the pushes, block by block
     shown: PushRecord | None = None
     total = len(source.truth.mass)
     with tqdm(total=total, unit="push", desc="features", disable=not settings.progress) as bar:

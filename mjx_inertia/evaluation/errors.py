@@ -1,7 +1,7 @@
 """How far estimates are from the truth: percentages of the thesis, and mm for the CoM.
 
-In: `HeldOutEstimates`, the answers of one estimator to the test pushes of one split. Out: errors,
-row by row; rows without a meaningful error are named, not guessed.
+In: `HeldOutEstimates`, the estimates of one estimator for the test pushes of one split. Out:
+errors, row by row; rows without a meaningful error are marked and counted, not filled in.
 """
 
 from collections import Counter
@@ -26,8 +26,8 @@ class HeldOutEstimates:
     dataset: str  # name of the dataset
     split: str  # name of the split whose test side this is
     estimator: str  # name of the estimator
-    estimate: Estimate  # its answers
-    truth: PushTruth  # what it should have answered
+    estimate: Estimate  # what it predicted
+    truth: PushTruth  # the true parameters
     conditions: PushConditions  # how the pushes were made
     # the `PushStatus` of each push; tells why an estimate failed
     push_status: Int[Array, " n"] | Int[np.ndarray, " n"] | None = None

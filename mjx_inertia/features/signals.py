@@ -26,16 +26,16 @@ MIN_SAMPLES = 3  # one in each window
 class FeatureSettings:
     """What the motion of the object refers to, and where contact starts."""
 
-    # "tracked" takes u and m of and about the tracker's origin. "contact" takes u of the material
-    # point that was touched first and m about it, which gives away nothing about where the
-    # tracker's frame sits (a tracker at the CoM would give the CoM away).
+    # the reference point: "tracked" is the tracker's origin, "contact" the material point that was
+    # touched first. Velocity u is that of the point, moment m is about it. A tracker at the CoM
+    # would give the CoM away; the contact does not tell where the tracker's frame is.
     reference: Literal["tracked", "contact"] = "contact"
     # contact starts at the first sample whose force and whose tip speed exceed this fraction of
     # their 95th percentile over the record
     contact_fraction: float = 0.05
 
     def __post_init__(self) -> None:
-        """Refuses what cannot be meant."""
+        """Raises ValueError for an unknown reference or a fraction outside [0, 1)."""
         if self.reference not in SIGNALS:
             raise ValueError(f"reference={self.reference!r} is not one of {sorted(SIGNALS)}")
         if not 0 <= self.contact_fraction < 1:
@@ -77,6 +77,7 @@ def _contact_start(
 
 def signals(record: PushRecord, settings: FeatureSettings) -> Signals:
     """Signals of one push; finite for any record that is finite in its valid samples."""
+    # samples from the start of contact to the end of the record
     steps = jnp.arange(record.time.shape[0])
     inside = steps < record.length
     start = _contact_start(record, settings.contact_fraction, inside)
@@ -84,10 +85,12 @@ def signals(record: PushRecord, settings: FeatureSettings) -> Signals:
     last = jnp.maximum(record.length - 1, 1)
     interval = jnp.maximum((record.time[last] - record.time[0]) / last, 1e-6)
 
+    # the contact frame: x along the inward normal, y to its left
     normal = record.contact_normal
     normal = normal / jnp.maximum(jnp.linalg.norm(normal), 1e-6)
     R_contact_world = jnp.stack([normal, jnp.stack([-normal[1], normal[0]])])
 
+    # motion of the reference point, and the moment about it
     position, yaw = record.pose[:, :2], record.pose[:, 2]
     velocity, w = record.twist[:, :2], record.twist[:, 2]
     moment = record.moment
@@ -99,6 +102,7 @@ def signals(record: PushRecord, settings: FeatureSettings) -> Signals:
         velocity = velocity + w[:, None] * jnp.stack([-arm[:, 1], arm[:, 0]], axis=-1)
         moment = moment - planar_cross(arm, record.force)
 
+    # in the axes of the contact frame, zero outside contact
     planar = [record.force, velocity, record.tip_velocity, position - position[start]]
     force, velocity, tip_velocity, moved = (part @ R_contact_world.T for part in planar)
     columns = [force, moment[:, None], velocity, w[:, None], tip_velocity]

@@ -19,6 +19,7 @@ from mjx_inertia.grasping.motion import (
 )
 from mjx_inertia.grasping.ranking import (
     CRITERIA as CRITERIA,
+    EPSILON as EPSILON,
     GraspCosts as GraspCosts,
     evaluate_grasps as evaluate_grasps,
     grasp_costs as grasp_costs,

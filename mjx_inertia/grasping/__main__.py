@@ -12,7 +12,7 @@ from mjx_inertia.command import Parser, run_command
 from mjx_inertia.files import check_writable
 from mjx_inertia.grasping.grasp import BAXTER_GRIPPER, PARALLEL_JAW_80MM, Gripper
 from mjx_inertia.grasping.picture import picture_of, save_picture
-from mjx_inertia.grasping.ranking import CRITERIA, rank_grasps, ranking_table
+from mjx_inertia.grasping.ranking import CRITERIA, EPSILON, rank_grasps, ranking_table
 from mjx_inertia.grasping.sampler import SamplerSettings, sample_grasps
 from mjx_inertia.grasping.task_path import TASKS, object_path
 from mjx_inertia.objects import ObjectModel, import_object, load_catalogue
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(given: argparse.Namespace) -> None:
     file = Path(given.out)
     _check_choice("task", given.task, list(TASKS))
-    _check_choice("metric", given.metric, list(CRITERIA))
+    _check_choice("metric", given.metric, [*CRITERIA, EPSILON])
     if file.suffix != ".png":
         raise ValueError(f"{file}: expected a name that ends in .png")
     check_writable(file)
@@ -147,7 +147,7 @@ def _parser() -> Parser:
     add("--object", required=True, help="name in the catalogue, or a mesh, URDF or MJCF file")
     add("--mass", type=float, help="kg, of a mesh file")
     add("--task", default="translate_x", help=f"{', '.join(TASKS)}")
-    add("--metric", default="effort", help=f"to order by: {', '.join(CRITERIA)}")
+    add("--metric", default="effort", help=f"to order by: {', '.join((*CRITERIA, EPSILON))}")
     add("--gripper", help=f"{' or '.join(_GRIPPERS)}; without: Baxter's own, jaw80 on others")
     add("--count", type=int, default=200, help="grasps to sample")
     add("--friction", type=float, default=0.5, help="between fingers and object")

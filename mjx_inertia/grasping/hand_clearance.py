@@ -4,10 +4,8 @@ A box and a solid overlap exactly where an edge of the box crosses or lies insid
 edge of the mesh crosses or lies inside the box. Both are asked, the first by casting rays along the
 twelve edges of each box, the second for every edge of the mesh; so the answer is exact up to single
 precision (about 1e-6 of the object's size), with no sampling of surfaces.
-In: a mesh and hands. Out: one `GraspFit` per hand.
+In: a mesh and hands. Out: one truth value per hand.
 """
-
-import enum
 
 import jax
 import jax.numpy as jnp
@@ -16,8 +14,7 @@ import trimesh
 from jaxtyping import Array, Bool, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.grasping.grasp import Grasp, Gripper, HandFrames
-from mjx_inertia.objects import ObjectModel
+from mjx_inertia.grasping.grasp import Gripper, HandFrames
 
 _BLOCK = 64  # hands whose edges are looked at together
 _FAR = 1e6  # m, where edges that only fill up an array lie
@@ -32,45 +29,6 @@ _ORDER = (
 )
 
 
-class GraspFit(enum.IntEnum):
-    """Whether a gripper can take a grasp; the first reason that applies, from the bottom up."""
-
-    FITS = 0
-    BELOW_TABLE = 1  # a part of the hand is under the plane z = 0 of the object frame
-    COLLIDES = 2  # finger or palm is in the object
-    TOO_NARROW = 3  # the jaw does not close that far
-    TOO_WIDE = 4  # the jaw does not open that far
-
-
-def grasp_fit(
-    obj: ObjectModel,
-    gripper: Gripper,
-    grasps: Grasp,
-    *,
-    clearance: float = 0.003,
-    above_table: bool = False,
-) -> Int[ndarray, " n"]:
-    """The `GraspFit` of each grasp.
-
-    Args:
-      obj: the object; its table is the plane z = 0.
-      gripper: the hand.
-      grasps: with one leading axis.
-      clearance: by how much each finger stands back from its contact when the hand arrives, m;
-        less where the jaw does not open so far.
-      above_table: whether the hand has to be above the table.
-    """
-    pose = np.asarray(grasps.T_obj_hand.as_matrix(), dtype=np.float64)
-    frames = HandFrames(pose[:, :3, :3], pose[:, :3, 3], np.asarray(grasps.width, dtype=np.float64))
-    fit = np.full(len(frames.width), GraspFit.FITS, dtype=np.int64)
-    if above_table:
-        fit[~above_plane(gripper, frames, clearance)] = GraspFit.BELOW_TABLE
-    fit[collides(obj.mesh, gripper, frames, clearance)] = GraspFit.COLLIDES
-    fit[frames.width < gripper.closed_width] = GraspFit.TOO_NARROW
-    fit[frames.width > gripper.open_width] = GraspFit.TOO_WIDE
-    return fit
-
-
 def above_plane(gripper: Gripper, hands: HandFrames, clearance: float) -> Bool[ndarray, " n"]:
     """Whether all three boxes of the hand are above z = 0."""
     centers = gripper.box_centers(_opening(gripper, hands.width, clearance))
@@ -82,7 +40,11 @@ def above_plane(gripper: Gripper, hands: HandFrames, clearance: float) -> Bool[n
 def collides(
     mesh: trimesh.Trimesh, gripper: Gripper, hands: HandFrames, clearance: float
 ) -> Bool[ndarray, " n"]:
-    """Whether finger or palm overlaps the solid in a watertight mesh; hands in its frame."""
+    """Whether finger or palm overlaps the solid in a watertight mesh; hands in its frame.
+
+    `clearance` is by how much each finger stands back from its contact when the hand arrives, m;
+    less where the jaw does not open so far.
+    """
     centers = gripper.box_centers(_opening(gripper, hands.width, clearance))
     hit = np.zeros(len(centers), dtype=bool)
     starts, vectors = _box_edges(gripper.half_extents)

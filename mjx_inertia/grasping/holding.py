@@ -55,15 +55,8 @@ def gripping_force(
     """Least force (N) of a parallel jaw that holds a payload at one moment.
 
     It depends on the mass, on the CoM (a lever about the line between the pads loads them with
-    torsion) and, in fast turns, on the inertia tensor. Infinite where the contacts are not in force
-    closure.
-
-    Args:
-      contacts: the two of one grasp, in the object frame.
-      pad: friction.
-      payload: in the object frame.
-      motion: at one moment.
-      gravity: m/s², in world axes.
+    torsion) and, in fast turns, on the inertia tensor. Infinite where the two contacts are not in
+    force closure. Contacts and payload are in the object frame, `gravity` (m/s²) in world axes.
     """
     wrench = holding_wrench(payload, motion, gravity)
     return least_squeeze(contacts, pad, wrench, payload.com)

@@ -61,8 +61,8 @@ class JointPath:
     """Joint positions at k waypoints and their derivatives in s."""
 
     q: Float[Array, "k n"]  # rad (m where prismatic)
-    slope: Float[Array, "k n"]  # dq/ds
-    bend: Float[Array, "k n"]  # d²q/ds²
+    dq_ds: Float[Array, "k n"]
+    d2q_ds2: Float[Array, "k n"]
     error: Float[Array, "k 2"]  # of the hand's pose, m and rad
     conditioning: Float[Array, " k"]  # √(det J Jᵀ), translations over 0.1 m
 
@@ -93,6 +93,7 @@ def reach(arm: Robot, stops: Pose, settings: ReachSettings) -> Float[Array, " n"
         _, later = jax.lax.scan(visit, found, jax.tree.map(lambda x: x[1:], single))
         return jnp.minimum(first, jnp.min(later, initial=jnp.inf)), found
 
+    # starts spread over the joint ranges; the best one again in full precision
     sites = qmc.Halton(arm.dof, scramble=False).random(settings.starts + 1)[1:]
     starts = jnp.asarray(low + sites * (high - low), stops.translation.dtype)
     scores, found = jax.vmap(score)(starts.astype(jnp.float32))

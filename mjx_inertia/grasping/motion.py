@@ -19,7 +19,7 @@ from mjx_inertia.spatial import Pose
 
 
 class GraspStatus(enum.IntEnum):
-    """What became of a grasp; of several reasons the first."""
+    """Whether a grasp can be carried out; of several reasons the first, BAD_PAYLOAD before all."""
 
     OK = 0
     UNREACHED = 1  # the hand is not where it should be somewhere along the path
@@ -50,7 +50,7 @@ class GraspMotion:
 def hand_path(
     path: ObjectPath, T_obj_hand: Pose, move: Int[Array, ""], s: Float[Array, ""]
 ) -> tuple[Pose, Float[Array, "6"], Float[Array, "6"]]:
-    """T_world_hand on an object's path, its twist per unit of s and the derivative of that."""
+    """T_world_hand on an object's path, its twist per unit of s and that twist's s-derivative."""
     # the motion of the object is the same for all grasps; the hand's follows by its lever
     place, xi, bend = moving_frame_twist(lambda s: object_pose_at(path, move, s), s)
     spin, turn = xi[3:], bend[3:]
@@ -85,8 +85,8 @@ def _timed(found: JointPath, path: ObjectPath, T_obj_hand: Pose) -> GraspMotion:
         time=path.time,
         weight=quadrature(path),
         q=found.q,
-        qd=rate * found.slope,
-        qdd=acceleration * found.slope + rate**2 * found.bend,
+        qd=rate * found.dq_ds,
+        qdd=acceleration * found.dq_ds + rate**2 * found.d2q_ds2,
         twist=rate * tangent,
         tangent=tangent,
         error=found.error,

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 
 from mjx_inertia.files import write_whole
 from mjx_inertia.grasping.grasp import Grasp, Gripper
-from mjx_inertia.grasping.ranking import UNITS, GraspRanking
+from mjx_inertia.grasping.ranking import EPSILON, UNITS, GraspRanking
 from mjx_inertia.grasping.task_path import ObjectPath, object_pose_at
 from mjx_inertia.objects import ObjectModel
 from mjx_inertia.objects.picture import View, draw_meshes
@@ -50,16 +50,9 @@ def picture_of(
     """The cost painted on the surface, the best hands, and the arm at the start with the best.
 
     The paint is the mean over grasps that touch nearby and can be carried out, however hard the jaw
-    must squeeze; grey where there are none. Colours end at the 90th percentile of these costs.
+    must squeeze; grey where there are none. Colours leave out the worst tenth of these costs.
 
-    Args:
-      ranking: of the grasps.
-      obj: the object.
-      gripper: that grasps.
-      arm: that holds.
-      path: of the object.
-      metric: one of `ranking.CRITERIA`.
-      hands: how many to draw.
+    `metric` is one of `ranking.names`; `hands` are drawn, the best ones.
 
     Raises:
       ValueError: no grasp can be used.
@@ -69,7 +62,7 @@ def picture_of(
     # colours by the costs of what can be carried out
     cost = ranking.by(metric)
     carried = np.isfinite(cost)
-    low, high = np.quantile(cost[carried], [0.0, 0.9])
+    low, high = np.quantile(cost[carried], [0.1, 1.0] if metric == EPSILON else [0.0, 0.9])
     color = ScalarMappable(Normalize(low, high if high > low else low + 1.0), "viridis")
     touched = np.asarray(ranking.grasps.contacts.points)[carried]
     surface, paint = painted(obj.mesh, touched, cost[carried], color)

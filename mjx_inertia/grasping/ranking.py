@@ -1,6 +1,6 @@
 """What many grasps of one object cost for one task, and which to take.
 
-In: an `Robot`, a payload, grasps or hands in the object's frame (leading axis n), an `ObjectPath`.
+In: a `Robot`, a payload, grasps or hands in the object's frame (leading axis n), an `ObjectPath`.
 Out: `GraspCosts`, a table of metrics with a status on each row, computed in one compiled program;
 `GraspRanking` with the force that holds the object, the Pareto set, and why the others are out; the
 same as text.
@@ -25,17 +25,19 @@ from mjx_inertia.grasping.inverse_kinematics import ReachSettings
 from mjx_inertia.grasping.metrics import METRICS, AlongPath, signals_along_path
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, motion_status, plan_motion
 from mjx_inertia.grasping.task_path import ObjectPath
+from mjx_inertia.grasping.wrench_space import payload_epsilon
 from mjx_inertia.pareto import pareto_set
 from mjx_inertia.robots import Robot, over_states, with_payload
 from mjx_inertia.spatial import Consistency, InertialParameters, Pose, check_consistency
 
 FORCE = "gripping_force"
-CRITERIA = (*METRICS, FORCE)
+CRITERIA = (*METRICS, FORCE)  # the columns of every ranking; less is better
+EPSILON = "epsilon"  # of the grasp wrench space; more is better; only where it is asked for
 SLIPS = "SLIPS"  # could be carried out, but asks for more than the jaw can squeeze
 _FRONT = ("effort", "effective_mass", "inverse_manipulability", FORCE)
 UNITS = {
     "effort": "N m", "energy": "(N m)²", "effective_mass": "kg", "inverse_manipulability": "1/m²",
-    "peak_torque": "of limit", "work": "J", FORCE: "N",
+    "peak_torque": "of limit", "work": "J", FORCE: "N", EPSILON: "N/N",
 }  # fmt: skip
 _BLOCK = 128  # grasps of a compiled block: their waypoints are a second batch
 
@@ -86,15 +88,9 @@ def evaluate_grasps(
     metrics: Sequence[str] = tuple(METRICS),
     settings: ReachSettings | None = None,
 ) -> GraspCosts:
-    """Plans the motion of each grasp and takes the metrics.
+    """Plans the motion of each grasp and takes the metrics, by their names in `METRICS`.
 
-    Args:
-      arm: without the object.
-      payload: of the object, in its own frame.
-      T_obj_hand: hands in the object's frame, leading axis n.
-      path: of the object.
-      metrics: names in `METRICS`.
-      settings: how poses are reached.
+    The arm is without the object, `payload` in the object's frame, as are the n hands `T_obj_hand`.
 
     Raises:
       ValueError: an unknown metric, or no grasps.
@@ -115,11 +111,12 @@ class GraspRanking:
 
     grasps: Grasp  # all of them
     found: GraspCosts  # status, motion and signals of each
-    # a column for each of `CRITERIA`; infinite in rows that cannot be carried out
+    names: tuple[str, ...]  # of the columns of `costs`: `CRITERIA`, and `EPSILON` if ordered by it
+    # infinite (ε: minus infinite) in rows that cannot be carried out
     costs: Float[ndarray, "n m"]
     force: Float[ndarray, " n"]  # that the jaw needs at the hardest moment of the path, N
     slips: Int[ndarray, " s"]  # rows that only the jaw's force rules out
-    order: Int[ndarray, " k"]  # rows that can be used, the least cost by the chosen metric first
+    order: Int[ndarray, " k"]  # rows that can be used, the best by the chosen metric first
     # rows that no other beats in effort, effective mass, manipulability and gripping force
     front: Int[ndarray, " p"]
 
@@ -134,8 +131,14 @@ class GraspRanking:
         return dict(sorted(reasons.items(), key=lambda item: -item[1]))
 
     def by(self, criterion: str) -> Float[ndarray, " n"]:
-        """One column of the costs."""
-        return self.costs[:, CRITERIA.index(criterion)]
+        """One column of the costs.
+
+        Raises:
+          ValueError: the ranking has no such column.
+        """
+        if criterion not in self.names:
+            raise ValueError(f"{criterion!r} is not among {', '.join(self.names)}")
+        return self.costs[:, self.names.index(criterion)]
 
 
 def hands_of(grasps: Grasp, gripper: Gripper) -> Pose:
@@ -157,43 +160,52 @@ def rank_grasps(
 ) -> GraspRanking:
     """Evaluates grasps by every metric and orders those that can be used by one.
 
+    `EPSILON` asks for the grasps that resist a push from anywhere best, whatever the task: ε of
+    Ferrari and Canny, with moments over the radius of gyration (`payload_epsilon`).
+
     Args:
       arm: with its hand's frame at the finger tips, fingers closing along y; without the object.
       payload: in the object frame.
       grasps: of the object, with one leading axis.
       gripper: that grasps; its force limit counts.
       path: of the object.
-      metric: one of `CRITERIA`.
+      metric: one of `CRITERIA`, or `EPSILON`.
       friction: between pads and object; the pads' torsion is that of patches of 9 mm.
-      settings: how poses are reached.
+      settings: of the inverse kinematics.
 
     Raises:
       ValueError: another metric.
     """
-    if metric not in CRITERIA:
-        raise ValueError(f"`metric` {metric!r} is not known; give one of {', '.join(CRITERIA)}")
+    known = (*CRITERIA, EPSILON)
+    if metric not in known:
+        raise ValueError(f"`metric` {metric!r} is not known; give one of {', '.join(known)}")
     hands = hands_of(grasps, gripper)
     found = evaluate_grasps(arm, payload, hands, path, settings=settings)
     # the greatest squeeze on the way, with pads whose torsion is that of round patches
     pad = SoftFinger(friction, 0.006 * friction)
     contacts = jax.tree.map(lambda x: jnp.asarray(x, float), grasps.contacts)
     force = np.asarray(greatest_gripping_force(contacts, pad, payload, path, arm.gravity))
-    costs = np.concatenate([found.usable(), force[:, None]], axis=1)
+    names, columns = CRITERIA, [found.usable(), force[:, None]]
+    if metric == EPSILON:
+        names = known
+        columns.append(np.asarray(payload_epsilon(contacts, pad, payload))[:, None])
+    costs = np.concatenate(columns, axis=1)
     # what cannot be carried out, what slips, and the order of the rest
-    carried = np.isfinite(costs[:, :-1]).all(axis=1)
+    carried = np.isfinite(costs[:, : len(METRICS)]).all(axis=1)
     slips = carried & ~(force <= gripper.force_limit)
-    costs[~carried] = np.inf
+    costs[~carried] = [-np.inf if name == EPSILON else np.inf for name in names]
+    rows = np.flatnonzero(carried & ~slips)
+    column = costs[rows, names.index(metric)]
+    order = rows[np.argsort(-column if metric == EPSILON else column, kind="stable")]
     used = np.where(slips[:, None], np.inf, costs)
-    column = used[:, CRITERIA.index(metric)]
-    order = np.argsort(column, kind="stable")[: int(np.isfinite(column).sum())]
     front = pareto_set(used, [CRITERIA.index(name) for name in _FRONT])
-    return GraspRanking(grasps, found, costs, force, np.flatnonzero(slips), order, front)
+    return GraspRanking(grasps, found, names, costs, force, np.flatnonzero(slips), order, front)
 
 
 def ranking_table(ranking: GraspRanking, rows: int = 10) -> str:
     """The best grasps as lines of text; a star is one of the Pareto set."""
-    names = [name.replace("inverse_manipulability", "1/manipulability") for name in CRITERIA]
-    heads = [f"{name} [{UNITS[key]}]" for name, key in zip(names, CRITERIA, strict=True)]
+    names = [name.replace("inverse_manipulability", "1/manipulability") for name in ranking.names]
+    heads = [f"{name} [{UNITS[key]}]" for name, key in zip(names, ranking.names, strict=True)]
     lines = [["rank", *heads, "width [mm]", "held at, object frame [mm]"]]
     middle = np.asarray(ranking.grasps.contacts.points).mean(axis=1)
     front = set(ranking.front.tolist())

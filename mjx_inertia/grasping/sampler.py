@@ -1,7 +1,6 @@
 """Candidate grasps of a parallel jaw: antipodal pairs of points on a mesh that the hand can reach.
 
-In: an object, a gripper, a number of grasps. Out: `GraspSample`, or grasps at chosen points and
-along chosen directions.
+In: an object, a gripper, a number of grasps. Out: `GraspSample`.
 """
 
 import dataclasses
@@ -15,7 +14,6 @@ from numpy import ndarray
 from mjx_inertia.grasping.grasp import Grasp, Gripper, grasps_at, hand_frames_from_points
 from mjx_inertia.grasping.hand_clearance import above_plane, collides, pads_blocked
 from mjx_inertia.objects import ObjectModel
-from mjx_inertia.spatial import AnyArray
 
 _INSIDE = 1e-6  # of the object's size: how far inside the surface a ray starts
 
@@ -96,13 +94,8 @@ def sample_grasps(
     is held by its wall or around it). A pair is kept if the jaw can open that wide and the hand
     does not overlap the object, see `hand_clearance`.
 
-    Args:
-      obj: whose `mesh` is grasped.
-      gripper: the hand.
-      count: how many grasps.
-      seed: the same seed gives the same grasps.
-      friction: Coulomb's coefficient between pad and object.
-      settings: how candidates are drawn.
+    The same `seed` gives the same grasps; `friction` is Coulomb's coefficient between pad and
+    object.
 
     Warns:
       UserWarning: fewer than `count` were found.
@@ -127,6 +120,7 @@ def sample_grasps(
         found.append(_reachable(obj.mesh, gripper, pairs, settings, generator, rejected))
         rays += batch
         have += len(found[-1])
+    # fewer than asked for, or none
     if have == 0:
         raise ValueError(_nothing_found(obj.name, gripper, friction, widths, rejected))
     if have < count:
@@ -144,43 +138,6 @@ def sample_grasps(
     return GraspSample(grasps, count, rays, rejected)
 
 
-def grasps_along(
-    obj: ObjectModel,
-    points: Float[AnyArray, "n 3"],
-    closing: Float[AnyArray, "n 3"],
-    approach: Float[AnyArray, "n 3"],
-) -> Grasp:
-    """Grasps of the material around chosen points, along chosen directions.
-
-    The contacts are the nearest surfaces along `closing` (from pad 0 to pad 1) and against it, from
-    points (m, object frame) inside the object. Of `approach`, the direction out of the palm, only
-    the part normal to `closing` counts. `grasp_fit` says whether a gripper can take such a grasp.
-
-    Raises:
-      ValueError: a point is not inside the object, or an approach is along `closing`; with the row.
-    """
-    points = np.asarray(points, dtype=np.float64)
-    closing = np.asarray(closing, dtype=np.float64)
-    direction = closing / np.linalg.norm(closing, axis=1, keepdims=True)
-    places = np.full((len(points), 2, 3), np.nan)
-    normals = np.full((len(points), 2, 3), np.nan)
-    for pad, sign in enumerate((-1.0, 1.0)):
-        hit, ray, face = obj.mesh.ray.intersects_location(
-            points, sign * direction, multiple_hits=False
-        )
-        leaving = sign * np.sum(obj.mesh.face_normals[face] * direction[ray], axis=1) > 0.0
-        places[ray[leaving], pad] = hit[leaving]
-        normals[ray[leaving], pad] = -obj.mesh.face_normals[face[leaving]]
-    outside = np.flatnonzero(np.isnan(places).any(axis=(1, 2)))
-    if len(outside):
-        row = int(outside[0])
-        raise ValueError(
-            f"{obj.name}: {len(outside)} of {len(points)} `points` are not inside the object, the "
-            f"first is point {row} = {points[row].tolist()}"
-        )
-    return grasps_at(places, normals, np.asarray(approach, dtype=np.float64))
-
-
 def _opposite_contacts(
     mesh: trimesh.Trimesh,
     count: int,
@@ -190,12 +147,14 @@ def _opposite_contacts(
     rejected: dict[str, int],
 ) -> _Candidates:
     """Pairs within both friction cones, with a random direction of approach."""
+    # a point on the surface, and a ray from it into the object
     drawn = trimesh.sample.sample_surface(mesh, count, seed=generator)
     start, face = np.asarray(drawn[0]), np.asarray(drawn[1])
     inward = -mesh.face_normals[face]
     direction = _within_cone(inward, tilt * np.arctan(friction), generator)
     origin = start + _INSIDE * mesh.scale * inward
     hit, ray, other = mesh.ray.intersects_location(origin, direction, multiple_hits=True)
+    # where the ray leaves the object, the first hit first, within the other friction cone
     order = np.lexsort((np.sum((hit - origin[ray]) ** 2, axis=1), ray))
     hit, ray, other = hit[order], ray[order], other[order]
     cosine = np.sum(mesh.face_normals[other] * direction[ray], axis=1)
@@ -228,11 +187,13 @@ def _reachable(
     rejected: dict[str, int],
 ) -> _Candidates:
     """Hands on the pairs that the gripper can open to and that overlap nothing, in random order."""
+    # pairs that the jaw opens to and whose fingers have room
     fits = (pairs.width >= gripper.closed_width) & (pairs.width <= gripper.open_width)
     rejected["width"] += int(np.sum(~fits))
     pairs = pairs[fits]
     blocked = pads_blocked(mesh, gripper, pairs.points, settings.clearance)
     rejected["pads"] += int(np.sum(blocked))
+    # hands that approach from all sides, above the table, around the object
     hands = _turned(pairs[~blocked], settings.approaches)
     hands = hands[generator.permutation(len(hands))]
     frames = hand_frames_from_points(hands.points, hands.approach)

@@ -26,14 +26,14 @@ Vector = tuple[float, float, float]
 
 @dataclasses.dataclass(frozen=True)
 class Move:
-    """From rest to rest."""
+    """A straight path of the CoM and a turn about it, from rest to rest."""
 
     translation: Vector = (0.0, 0.0, 0.0)  # of the CoM, m, world axes
     rotation_deg: Vector = (0.0, 0.0, 0.0)  # rotation vector, degrees, world axes, about the CoM
     duration: float = 2.0  # s
 
     def __post_init__(self) -> None:
-        """Raises ValueError for what is no move."""
+        """Raises ValueError for a move without time, without motion, or not finite."""
         if not self.duration > 0.0:
             raise ValueError(f"duration={self.duration} s: must be positive")
         if not np.all(np.isfinite([*self.translation, *self.rotation_deg])):
@@ -67,7 +67,7 @@ class Task:
 
 @struct.dataclass
 class ObjectPath:
-    """k waypoints of an object."""
+    """An object's motion through a task, at k waypoints."""
 
     time: Float[Array, " k"]  # since the start, s
     # number of the move that a waypoint belongs to; the last of one move and the first of the next
@@ -82,7 +82,7 @@ class ObjectPath:
 
 @struct.dataclass
 class MoveTable:
-    """n moves."""
+    """n moves as arrays."""
 
     start: Float[Array, "n 3 3"]  # rotation of the object in the world at the start of each
     com: Float[Array, "n 3"]  # CoM in the world at the start of each, m

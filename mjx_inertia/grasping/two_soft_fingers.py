@@ -114,6 +114,7 @@ def _cones(
     d = (p1 - p0) / distance
     force = wrench[:3]
     moment = wrench[3:] - jnp.cross(0.5 * (p0 + p1) - reference, force)
+    # torsions share the moment about the line evenly at τ = 0; g bears what is across it
     share = 0.5 * _dot(moment, d)
     along = (_guarded(_dot(n0, d)), -_guarded(-_dot(n1, d)))
     turn0, turn1 = n0 / along[0], n1 / along[1]

@@ -1,4 +1,4 @@
-"""A payload that is known only as a distribution, and what grasps cost under it.
+"""A payload known as a distribution, and what grasps cost under it.
 
 The belief is a Gaussian over the ten log-Cholesky parameters, so that every sample is physically
 consistent. In: estimates with covariances, in the ten numbers of a `FullInertia` or as a push gives

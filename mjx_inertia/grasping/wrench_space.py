@@ -1,30 +1,45 @@
-"""How well a grasp resists wrenches from anywhere: the quality measures of Ferrari and Canny 1992.
+"""How well a grasp resists wrenches from anywhere: ε of Ferrari and Canny 1992.
 
 The wrenches that contacts can exert with normal forces of at most 1 N (in sum, "l1", or each,
-"linf") are a convex set; ε is the radius of the largest ball around 0 in it, the volume its volume.
-Moments about the reference point are divided by a length (m), so that all is in newtons per newton:
-the distance of the contacts from the CoM or the object's radius of gyration are usual choices.
-In: contacts. Out: ε with exact cones in JAX for two soft fingers; ε and volume with linearised
-cones by Qhull for any contacts.
+"linf") are a convex set, the grasp wrench space; ε is the radius of the largest ball around 0 in
+it. Moments are divided by a length (m), so that all is in newtons per newton.
+In: two soft fingers, with exact friction cones, or the contacts of many grasps of a payload. Out:
+ε, which knows no task: 0 without force closure.
 """
-
-import dataclasses
-import itertools
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 from numpy import ndarray
-from scipy.spatial import ConvexHull, QhullError
 
-from mjx_inertia.grasping.contact_model import SoftFinger, grasp_map, is_force_closure, support
+from mjx_inertia.grasping.contact_model import SoftFinger, is_force_closure, support
 from mjx_inertia.grasping.grasp import Contacts
 from mjx_inertia.grasping.two_soft_fingers import least_normal_force
+from mjx_inertia.robots import over_states
+from mjx_inertia.spatial import InertialParameters
 
-_DIRECTIONS = 500
-_STARTS = 24
-_STEPS = 20
+_DIRECTIONS = 500  # that are looked at
+_STARTS = 24  # the weakest of them, from which the climb sets out
+_STEPS = 20  # of each climb
+_BLOCK = 32  # grasps at once
+
+
+@jax.jit
+def payload_epsilon(
+    contacts: Contacts, pad: SoftFinger, payload: InertialParameters
+) -> Float[Array, " n"]:
+    """ε of n grasps of one payload, moments about its CoM over its radius of gyration.
+
+    The radius is that of the whole body about its CoM, √(tr I / 2m): the root of the mean square
+    distance of its mass. Contacts and payload are in the object frame.
+    """
+    gyration = jnp.sqrt(0.5 * jnp.trace(payload.inertia) / payload.mass)
+
+    def one(pair: Contacts) -> Float[Array, ""]:
+        return epsilon_quality(pair, pad, payload.com, gyration)
+
+    return over_states(one, _BLOCK)(contacts)
 
 
 def epsilon_quality(
@@ -42,12 +57,8 @@ def epsilon_quality(
     from the 24 weakest of 500 directions. A local maximum would give too large an ε; with 120 of
     2,000 none of 400 random grasps got a smaller one.
 
-    Args:
-      contacts: the two of one grasp.
-      pad: friction.
-      reference: of moments, m, in the object frame; usually the CoM.
-      length: m, by which moments are divided.
-      norm: "l1" or "linf": normal forces of at most 1 N in sum, or each.
+    Moments are about `reference` (m, object frame; usually the CoM) and divided by `length` (m);
+    `norm` is "l1" or "linf": normal forces of at most 1 N in sum, or each.
     """
     held = jax.lax.stop_gradient((contacts, pad, reference, jnp.asarray(length)))
 
@@ -87,65 +98,3 @@ def _directions() -> Float[ndarray, "d 6"]:
     drawn = np.random.default_rng(0).normal(size=(_DIRECTIONS - 12, 6))
     drawn /= np.linalg.norm(drawn, axis=1, keepdims=True)
     return np.concatenate([np.eye(6), -np.eye(6), drawn])
-
-
-@dataclasses.dataclass(frozen=True)
-class WrenchHull:
-    """The wrench space with linearised friction cones."""
-
-    epsilon: float  # radius of the largest ball around 0 in it; 0 where 0 is not inside
-    volume: float  # six-dimensional, in (N/N)⁶
-
-
-def wrench_hull(
-    contacts: Contacts,
-    pad: SoftFinger,
-    reference: Float[Array, "3"],
-    length: float,
-    *,
-    norm: str = "l1",
-    edges: int = 8,
-) -> WrenchHull:
-    """ε and volume of any number of contacts, on the host, by Qhull.
-
-    Cones are replaced by the hull of points on them, so both figures are too low, by an amount that
-    falls with the square of `edges`. Qhull's input is joggled, because points of a cone are
-    cospherical. Arguments as for `epsilon_quality`, which is the one to use for ε of many grasps of
-    two fingers; `edges` are those of a cone in each of its two directions. "linf" takes seconds,
-    because its points are all sums.
-
-    Raises:
-      ValueError: another norm, or fewer than 4 edges.
-    """
-    if norm not in ("l1", "linf") or edges < 4:
-        raise ValueError(f"`norm` is {norm!r} and `edges` {edges}; 'l1' or 'linf', and 4 or more")
-    matrix = np.asarray(grasp_map(contacts, jnp.asarray(reference), length), dtype=np.float64)
-    unit = _cone_points(float(pad.friction), float(pad.torsion), edges)
-    blocks = np.split(matrix, matrix.shape[1] // 4, axis=1)
-    each = [np.concatenate([unit @ block.T, np.zeros((1, 6))]) for block in blocks]
-    if norm == "l1":
-        points = np.concatenate(each)
-    else:
-        points = np.array([sum(combination) for combination in itertools.product(*each)])
-    try:
-        hull = ConvexHull(points, qhull_options="QJ Pp")
-    except QhullError:  # flat: some wrench cannot be exerted at all
-        return WrenchHull(0.0, 0.0)
-    return WrenchHull(max(float(np.min(-hull.equations[:, -1])), 0.0), float(hull.volume))
-
-
-def _cone_points(friction: float, torsion: float, edges: int) -> Float[ndarray, "p 4"]:
-    """(normal, two tangential, torsion) on the boundary of what a normal force of 1 allows."""
-    latitude = np.linspace(-0.5 * np.pi, 0.5 * np.pi, edges // 2 + 1)
-    longitude = 2.0 * np.pi * np.arange(edges) / edges
-    lat, lon = (x.ravel() for x in np.meshgrid(latitude, longitude))
-    points = np.stack(
-        [
-            np.ones_like(lat),
-            friction * np.cos(lat) * np.cos(lon),
-            friction * np.cos(lat) * np.sin(lon),
-            torsion * np.sin(lat),
-        ],
-        axis=1,
-    )
-    return np.unique(points.round(14), axis=0)

@@ -39,9 +39,8 @@ class Part:
     mesh: trimesh.Trimesh
     density: float  # kg/m³
     color: Color = (0.6, 0.6, 0.6)
-    # vertices of convex bodies whose union is close to the part, for collision, where its
-    # construction knows them; without any, a convex part is its own piece and another one is
-    # decomposed
+    # vertices of convex bodies whose union is close to the part, for collision. Without any, a
+    # convex part is its own piece, and a part that is not convex is decomposed.
     pieces: tuple[Float[ndarray, "_ 3"], ...] = ()
 
 
@@ -85,9 +84,9 @@ def on_table(*parts: Part) -> tuple[Part, ...]:
 class ObjectModel:
     """An object that stands on a table.
 
-    The object frame has its z axis up and z = 0 at the base; its origin is where the outline's
-    coordinates say, not at the CoM in general. `name`, `outline`, `height` and `inertial` alone
-    describe an upright prism; what else a prism has is made from them.
+    The object frame has its z axis up and z = 0 at the base; its origin is that of the outline's
+    coordinates, in general not the CoM. `name`, `outline`, `height` and `inertial` alone describe
+    an upright prism, whose mesh, pieces and support are made from them.
 
     Raises:
       ValueError: an outline, a height, a friction or a mass that no object can have.
@@ -263,6 +262,7 @@ def prism(
         raise ValueError(f"{name}: inertia_zz {inertia_zz} kg m² is not positive")
     if com is not None and not np.all(np.isfinite(com)):
         raise ValueError(f"{name}: com {com} m is not finite")
+    # second moments of the mass about the CoM: in the plane as the outline's, and along z
     plane = planar_integrals(outline)
     spread = mass * plane.second_moment / plane.area
     if inertia_zz is not None:

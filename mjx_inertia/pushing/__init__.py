@@ -1,7 +1,7 @@
 """The MJX experiment: an object on a table, pushed by a tip."""
 
 from mjx_inertia.pushing.batched_simulation import simulate as simulate
-from mjx_inertia.pushing.mjx_step import differentiable_step as differentiable_step
+from mjx_inertia.pushing.contact_solver import differentiable_step as differentiable_step
 from mjx_inertia.pushing.parameters import (
     PushParameters as PushParameters,
     object_parameters as object_parameters,
@@ -15,8 +15,11 @@ from mjx_inertia.pushing.plan_view import (
 )
 from mjx_inertia.pushing.record import (
     PushRecord as PushRecord,
+    PushSetup as PushSetup,
     PushStatus as PushStatus,
+    StraightMotion as StraightMotion,
     first_samples as first_samples,
+    measured_motion as measured_motion,
     with_few_lengths as with_few_lengths,
     with_samples as with_samples,
 )
@@ -26,8 +29,3 @@ from mjx_inertia.pushing.scene import (
     build_spec as build_spec,
 )
 from mjx_inertia.pushing.settings import SceneSettings as SceneSettings
-from mjx_inertia.pushing.setup import (
-    PushSetup as PushSetup,
-    StraightMotion as StraightMotion,
-    measured_motion as measured_motion,
-)

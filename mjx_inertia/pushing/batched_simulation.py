@@ -17,19 +17,15 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia import runtime
 from mjx_inertia.pushing.parameters import PushParameters
-from mjx_inertia.pushing.record import PushRecord, push_length, push_status
+from mjx_inertia.pushing.record import Motion, PushRecord, push_length, push_status
 from mjx_inertia.pushing.rollout import Sample, initial_state, rollout
 from mjx_inertia.pushing.scene import Scene
-from mjx_inertia.pushing.setup import Motion
 from mjx_inertia.spatial import AnyArray
 
 SEGMENT = 125  # samples: the four speeds of the data take 2, 3, 6 and 12 segments
-# Pushes: on a CPU large enough to vectorise and small enough for the cache.
-BLOCK_PER_DEVICE = {"cpu": 600}
-_BLOCK_ON_ACCELERATOR = 16_384
-
+BLOCK_PER_DEVICE = {"cpu": 600}  # pushes: enough to vectorise, and few enough for the cache
+_BLOCK_ON_ACCELERATOR = 16_384  # pushes
 _GRAIN = 50  # pushes; fewer take no less time
-
 _AXIS = "pushes"
 
 
@@ -117,15 +113,18 @@ def simulate(
     n = len(contact_point)
     if n == 0:
         raise ValueError("contact_point has no rows: simulate needs at least one push")
+    # inputs in the precision of the scene, and how many samples each push takes
     dtype = scene.data.qpos.dtype
     start = np.zeros((n, 3), dtype) if pose is None else np.asarray(pose, dtype)
     parameters, motion = jax.tree.map(lambda x: np.asarray(x, dtype), (parameters, motion))
     rate = scene.settings.rate
     planned = np.ceil(np.round(np.asarray(motion.duration) * rate, 3)).astype(int)
+    # blocks of one size, as large as the devices take
     devices = _programs(scene)[2]
     most = BLOCK_PER_DEVICE.get(jax.default_backend(), _BLOCK_ON_ACCELERATOR)
-    blocks = -(-n // (devices * most))  # all of one size
+    blocks = -(-n // (devices * most))
     block = devices * _rounded(-(-n // (devices * blocks)))
+    # block by block, pushes of like duration together; the last block is filled with its last push
     longest = int(planned.max())
     signals: Sample | None = None
     order = np.argsort(planned, kind="stable")

@@ -1,9 +1,10 @@
 """Contact problems of boxes and upright prisms in closed form, without MJX.
 
-The step of the same scene in MJX (tested to rounding), at a tenth of its operations: MJX's general
-tree and collision code is most of what a batch of small scenes costs, above all with derivatives.
-In: parameters, positions and velocities. Out: the contact problem over the free degrees of freedom.
-Of its two kinds of constraints the first is the tip's.
+The same as MJX's own stages of the same scene (tested to rounding), at a tenth of their operations:
+MJX's general tree and collision code is most of what a batch of small scenes costs, above all with
+derivatives. In: parameters, positions and velocities. Out: the contact problem over the free
+degrees of freedom. Its first constraints are the tip's contacts, its second ones the table's; the
+friction of the table enters there.
 """
 
 import functools
@@ -13,14 +14,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjx_inertia.pushing.contact_problem import Constraints, ContactProblem
-from mjx_inertia.pushing.contact_rows import ContactLaw, contact_rows
+from mjx_inertia.pushing.contact_problem import (
+    Constraints,
+    ContactLaw,
+    ContactProblem,
+    contact_rows,
+)
 from mjx_inertia.pushing.parameters import PushParameters, feet_offsets
 from mjx_inertia.pushing.scene import Scene
 from mjx_inertia.pushing.settings import (
     FLOOR_SOLIMP,
     FLOOR_SOLREF,
     GRAVITY,
+    IMPRATIO,
     TIP_SOLIMP,
     TIP_SOLREF_FRICTION,
 )
@@ -38,16 +44,13 @@ from mjx_inertia.spatial.unrolled import (
 def planar_problem(scene: Scene, p: PushParameters, q: Vector, v: Vector) -> ContactProblem:
     """An object that slides upright on the table, over x, y, z and yaw.
 
-    Args:
-      scene: with a table on which objects stay upright.
-      p: parameters of the push.
-      q: x, y, z, yaw; x and y of the tip (m, rad).
-      v: their rates.
+    `q` is x, y, z, yaw of the object and x, y of the tip (m, rad), `v` their rates.
     """
     cosine, sine = computed_once((jnp.cos(q[3]), jnp.sin(q[3])))
     rotation = Matrix(((cosine, -sine), (sine, cosine)))  # world from object, in the plane
     # CoM from the origin of the object frame, world axes
     x, y = computed_once(rotation @ Vector((p.com[0], p.com[1])))
+    # Newton and Euler, about the origin of the object frame
     m, zero = jnp.asarray(p.mass), jnp.zeros_like(q[0])
     centrifugal = m * v[3] * v[3]
     return ContactProblem(
@@ -62,27 +65,21 @@ def planar_problem(scene: Scene, p: PushParameters, q: Vector, v: Vector) -> Con
         smooth=Vector((centrifugal * x, centrifugal * y, -m * GRAVITY, zero)),
         constraints=[
             _planar_tip_contact(scene, p, q, v, rotation),
-            _planar_floor_contacts(scene, p, q, v, rotation),
+            _planar_table_contacts(scene, p, q, v, rotation),
         ],
         free=(0, 1, 2, 3),
     )
 
 
 def free_problem(scene: Scene, p: PushParameters, q: Vector, v: Vector) -> ContactProblem:
-    """A box that stands on its corners and moves freely.
+    """A box that stands on its corners (table `corners`) and moves freely.
 
-    Velocities are MuJoCo's: of the object frame's origin in world axes, and angular in the object's
-    own axes.
-
-    Args:
-      scene: of a box on the table `corners`.
-      p: parameters of the push.
-      q: x, y, z, quaternion (wxyz); x and y of the tip (m).
-      v: linear and angular velocity; that of the tip.
+    `q` is x, y, z and quaternion (wxyz) of the object and x, y of the tip (m), `v` their rates as
+    MuJoCo has them: of the object frame's origin in world axes, angular in the object's own axes.
     """
     rotation = computed_once(quaternion_rotation(q[3:7]))  # world from object
     m, com = jnp.asarray(p.mass), Vector(jnp.asarray(p.com)[i] for i in range(3))
-    # velocity of the CoM: v + R (ω × c), so R (e × c) for each axis e of the object
+    # mass matrix; the CoM moves at v + R (ω × c), so R (e × c) for each axis e of the object
     lever = Matrix(rotation @ axis.cross(com) for axis in IDENTITY)
     squared = com @ com
     about_origin = SymmetricMatrix(
@@ -107,7 +104,7 @@ def free_problem(scene: Scene, p: PushParameters, q: Vector, v: Vector) -> Conta
         smooth=Vector((*linear, *angular)),
         constraints=[
             _free_tip_contact(scene, p, q, v, rotation),
-            _free_floor_contacts(scene, p, q, v, rotation),
+            _free_table_contacts(scene, p, q, v, rotation),
         ],
         free=(0, 1, 2, 3, 4, 5),
     )
@@ -137,13 +134,14 @@ def integrate_rotation(quaternion: Vector, spin: Vector, step: float) -> Vector:
 
 def _tip_law(scene: Scene, p: PushParameters) -> ContactLaw:
     """Stiffness of the contact between tip and object."""
-    solref = (p.tip_time_constant, 1.0)
-    return ContactLaw(solref, TIP_SOLREF_FRICTION, TIP_SOLIMP, scene.settings.timestep)
+    solref, timestep = (p.tip_time_constant, 1.0), scene.settings.timestep
+    return ContactLaw(solref, TIP_SOLREF_FRICTION, TIP_SOLIMP, IMPRATIO, timestep)
 
 
-def _floor_law(scene: Scene) -> ContactLaw:
+def _table_law(scene: Scene) -> ContactLaw:
     """Stiffness of the contacts between object and table."""
-    return ContactLaw(FLOOR_SOLREF, FLOOR_SOLREF, FLOOR_SOLIMP, scene.settings.timestep)
+    timestep = scene.settings.timestep
+    return ContactLaw(FLOOR_SOLREF, FLOOR_SOLREF, FLOOR_SOLIMP, IMPRATIO, timestep)
 
 
 def _tip_inverse_mass(scene: Scene, p: PushParameters) -> Array:
@@ -153,12 +151,14 @@ def _tip_inverse_mass(scene: Scene, p: PushParameters) -> Array:
 def _planar_tip_contact(
     scene: Scene, p: PushParameters, q: Vector, v: Vector, rotation: Matrix
 ) -> Constraints:
+    # the tip's middle seen from the object, and the nearest point of the object
     radius, away = scene.settings.tip_radius, q[4:6] - q[:2]
     distance, normal = _nearest_on_object(scene, p, rotation.T @ away)
     distance = computed_once(distance)
     x, y = normal = computed_once(rotation @ normal)
     # contact: halfway between the two surfaces
     arm_x, arm_y = away + normal * (0.5 * (distance + radius))
+    # rows: normal, level tangent, vertical tangent
     jacobian = Matrix(
         (
             (x, y, 0.0, arm_x * y - arm_y * x),
@@ -177,9 +177,10 @@ def _planar_tip_contact(
     )
 
 
-def _planar_floor_contacts(
+def _planar_table_contacts(
     scene: Scene, p: PushParameters, q: Vector, v: Vector, rotation: Matrix
 ) -> Constraints:
+    # rows of each foot: normal, two tangents, and torsion on the limit surface
     feet = feet_offsets(scene, p)
     x, y = rotation @ Vector((feet[:, 0], feet[:, 1]))
     rows = [(0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, -y), (0.0, 1.0, 0.0, x)]
@@ -189,7 +190,7 @@ def _planar_floor_contacts(
         friction.append(jnp.asarray(p.friction * p.friction_radius))
     jacobian, distance = Matrix(rows), jnp.broadcast_to(q[2], x.shape)
     return contact_rows(
-        _floor_law(scene), distance, jacobian, jacobian @ v[:4], Vector(friction), 1.0 / p.mass
+        _table_law(scene), distance, jacobian, jacobian @ v[:4], Vector(friction), 1.0 / p.mass
     )
 
 
@@ -236,7 +237,7 @@ def _free_tip_contact(
     )
 
 
-def _free_floor_contacts(
+def _free_table_contacts(
     scene: Scene, p: PushParameters, q: Vector, v: Vector, rotation: Matrix
 ) -> Constraints:
     # the four corners of the base, object axes, and their height
@@ -250,7 +251,7 @@ def _free_floor_contacts(
     jacobian = _point_jacobian(directions, lever, rotation)
     friction = Vector((jnp.asarray(p.friction),) * 2)
     return contact_rows(
-        _floor_law(scene), distance, jacobian, jacobian @ v[:6], friction, 1.0 / p.mass
+        _table_law(scene), distance, jacobian, jacobian @ v[:6], friction, 1.0 / p.mass
     )
 
 
@@ -260,19 +261,15 @@ def _point_jacobian(directions: Matrix, lever: Vector, rotation: Matrix) -> Matr
 
 
 def nearest_on_box(point: Vector, half: Vector) -> tuple[Array, Vector]:
-    """Signed distance of a point from a box (or rectangle) and the inward normal nearest to it.
+    """Distance (m, negative inside) of a point from a box or rectangle, and the inward normal.
 
-    Args:
-      point: from the box's centre, along its edges, m.
-      half: half its edges, m.
-
-    Returns:
-      Distance (m, negative inside) and the normal.
+    `point` is from the box's centre along its edges, `half` half its edges, m.
     """
     beyond = [jnp.abs(x) - h for x, h in zip(point, half, strict=True)]
     inward = [jnp.where(x < 0, 1.0, -1.0) for x in point]
     deepest = functools.reduce(jnp.maximum, beyond)
     outside = deepest > 0
+    # outside: towards the nearest point of the box; inside: through the nearest face
     over = Vector(jnp.maximum(b, 0.0) for b in beyond)
     radius = jnp.sqrt(jnp.where(outside, over @ over, 1.0))
     face = [jnp.where(b == deepest, 1.0, 0.0) for b in beyond]
@@ -286,14 +283,10 @@ def nearest_on_box(point: Vector, half: Vector) -> tuple[Array, Vector]:
 def nearest_on_polygons(
     point: Vector, polygons: Float[AnyArray, "m k 2"]
 ) -> tuple[Float[Array, " m"], Vector]:
-    """Signed distances of a point from convex polygons and their inward normals nearest to it.
+    """Distances (m, negative inside) of a point from convex polygons, and the inward normals there.
 
-    Args:
-      point: in the axes of the polygons, m.
-      polygons: vertices, counter-clockwise, m; the last one may be repeated.
-
-    Returns:
-      Distances (m, negative inside) and normals, whose entries are arrays over the polygons.
+    Polygons are counter-clockwise, m; their last vertex may be repeated. The entries of the normals
+    are arrays over the polygons.
     """
     xp = np if isinstance(polygons, np.ndarray) else jnp  # what is known is not computed again
     start, edge = polygons, xp.roll(polygons, -1, axis=1) - polygons
@@ -314,6 +307,7 @@ def nearest_on_polygons(
     def at(which: Array, values: Array | np.ndarray) -> Array:
         return jnp.where(which, values, 0.0).sum(1)
 
+    # outside: towards the nearest point; inside: through the nearest edge
     outside = deepest[:, 0] > 0
     radius = jnp.sqrt(jnp.where(outside, at(closest, squared), 1.0))
     normal_x = jnp.where(outside, -at(closest, gap_x) / radius, -at(facing, along_y))

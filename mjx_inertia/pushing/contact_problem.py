@@ -4,11 +4,13 @@ The acceleration a minimises ½ (a - a_smooth)ᵀ M (a - a_smooth) + Σ s(J a - 
 documentation, "Computation: primal problem"). Constraints of one kind and dimension stand side by
 side and every small operation is written out, so that a batch of scenes vectorises.
 
-In: MJX model and data after `make_constraint`. Out: `ContactProblem`, the forces of its rows, the
-gradient and the Hessian of its cost. It knows nothing of pushes.
+In: MJX model and data after `make_constraint`, or contacts by their geometry. Out:
+`ContactProblem`, the forces of its rows, the gradient and the Hessian of its cost. It knows nothing
+of pushes.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
@@ -18,7 +20,14 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.pushing.quiet_mjx import mjx
-from mjx_inertia.spatial.unrolled import Matrix, SymmetricMatrix, Vector, computed_once
+from mjx_inertia.spatial import AnyArray
+from mjx_inertia.spatial.unrolled import (
+    Component,
+    Matrix,
+    SymmetricMatrix,
+    Vector,
+    computed_once,
+)
 
 TINY = 1e-15  # below this squared slip the direction of friction is undefined
 
@@ -57,9 +66,9 @@ def read_problem(
     """The problem that MJX's data describe.
 
     Args:
-      model: the MJX model, with `cone="elliptic"`.
-      data: MJX data with mass matrix and constraint rows filled in.
-      smooth: generalised force without constraints, (nv,), N and N m.
+      model: with `cone="elliptic"`.
+      data: with mass matrix and constraint rows filled in.
+      smooth: generalised force without constraints, N and N m.
       prescribed: degrees of freedom with a prescribed constant velocity.
 
     Raises:
@@ -70,10 +79,12 @@ def read_problem(
     efc, contact = data._impl, data._impl.contact
     if int(efc.nf):
         raise ValueError("joints and tendons with frictionloss are not handled: set it to 0")
+    # where the rows of each kind stand in MJX's Jacobian
     free = tuple(j for j in range(model.nv) if j not in prescribed)
     address, dimensions = np.asarray(contact.efc_address), np.asarray(contact.dim)
     first = int(efc.ne) + int(efc.nl)
 
+    # constraints of one kind and dimension side by side
     def group(index: np.ndarray, rows: Sequence[np.ndarray], bilateral: bool) -> Constraints:
         friction = [contact.friction[index, i] for i in range(len(rows) - 1)]
         one = jnp.ones(len(rows[0]), efc.efc_J.dtype)
@@ -87,6 +98,7 @@ def read_problem(
             bilateral=bilateral,
         )
 
+    # equalities, then joint limits, then contacts by their dimension
     none = np.zeros(0, int)
     groups = [
         group(none, [rows], bilateral)
@@ -105,6 +117,86 @@ def read_problem(
         smooth=Vector(smooth[j] for j in free),
         constraints=groups,
         free=free,
+    )
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """MuJoCo's parameters of one kind of contact."""
+
+    # time constant (s; may be traced) and damping ratio of the normal direction
+    solref: tuple[Float[AnyArray, ""] | float, float]
+    solref_friction: tuple[Float[AnyArray, ""] | float, float]  # of the other directions
+    # impedance at no depth and at `width`, that width (m), midpoint 0.5 and power 2
+    solimp: tuple[float, float, float, float, float]
+    impratio: float  # how much stiffer friction is than the normal direction
+    timestep: float  # s; a time constant counts as two of them at least
+
+    def __post_init__(self) -> None:
+        """Raises ValueError unless the impedance has midpoint 0.5 and power 2."""
+        if self.solimp[3:] != (0.5, 2.0):
+            raise ValueError(f"solimp={self.solimp}: midpoint and power must be 0.5 and 2")
+
+    def stiffness_and_damping(self, friction: bool) -> tuple[Array, Array]:
+        """K and B of the reference acceleration -B v - K d x (engine_core_constraint.c)."""
+        time, ratio = self.solref_friction if friction else self.solref
+        time = jnp.maximum(jnp.asarray(time), 2.0 * self.timestep)
+        d_max = self.solimp[1]
+        return 1.0 / (d_max * time * ratio) ** 2, 2.0 / (d_max * time)
+
+    def impedance(self, distance: Float[AnyArray, " c"]) -> Float[Array, " c"]:
+        """D at a signed distance (m): a smooth step from the first value to the second."""
+        low, high = (min(max(d, mujoco.mjMINIMP), mujoco.mjMAXIMP) for d in self.solimp[:2])
+        x = jnp.minimum(jnp.abs(distance) / self.solimp[2], 1.0)
+        rise = jnp.where(x < 0.5, 2.0 * x * x, 1.0 - 2.0 * (1.0 - x) * (1.0 - x))
+        return low + rise * (high - low)
+
+
+def contact_rows(
+    law: ContactLaw,
+    distance: Float[AnyArray, " c"],
+    jacobian: Matrix,
+    velocity: Vector,
+    friction: Vector,
+    inverse_mass: Float[AnyArray, ""],
+) -> Constraints:
+    """Elliptic contacts from their geometry: what `mjx.make_constraint` computes from a scene.
+
+    Args:
+      law: of the contacts.
+      distance: between the surfaces, m; a contact is open when it is positive.
+      jacobian: rows (normal, tangents, torsion) of columns (free degrees of freedom).
+      velocity: of each row, m/s (rad/s for torsion), prescribed motion included.
+      friction: of each row but the first.
+      inverse_mass: of the two bodies, summed: what MuJoCo scales regularisation with, 1/kg.
+    """
+    touches = distance < 0
+    # regularisation and reference acceleration (MuJoCo documentation, "Solver parameters")
+    impedance = computed_once(law.impedance(distance))
+    regularisation = inverse_mass * (1.0 - impedance) / impedance
+    sideways = regularisation / law.impratio
+    stiffness, damping = law.stiffness_and_damping(friction=False)
+    reference = [-damping * velocity[0] - stiffness * impedance * distance]
+    _, damping = law.stiffness_and_damping(friction=True)
+    reference += -damping * velocity[1:]
+    row_regularisation = [regularisation, *(sideways * (friction[0] / mu) ** 2 for mu in friction)]
+    # an open contact has rows of zeros
+    count, zero = jnp.shape(distance), jnp.zeros_like(distance)
+
+    def where_touching(x: Component) -> Array:
+        return computed_once(jnp.where(touches, x, zero))
+
+    mu = jnp.broadcast_to(friction[0], count)
+    return Constraints(
+        jacobian=jax.tree.map(where_touching, jacobian),
+        reference=Vector(map(where_touching, reference)),
+        weight=Vector(1.0 / jnp.maximum(r, mujoco.mjMINVAL) for r in row_regularisation),
+        scale=Vector((mu / law.impratio**0.5, *(jnp.broadcast_to(f, count) for f in friction))),
+        rows=tuple(
+            tuple(range(i, i + len(jacobian) * count[0], len(jacobian)))
+            for i in range(len(jacobian))
+        ),
+        bilateral=False,
     )
 
 

@@ -10,7 +10,8 @@ of the cost, so its derivative along θ' is -H⁻¹ ∂r/∂θ θ' with H the He
 theorem). That rule serves forward and reverse mode; `jax.jacfwd` through `mjx.solve` gives NaN with
 elliptic cones, and reverse mode does not trace.
 
-In: MJX model and data after `make_constraint`. Out: accelerations and constraint forces.
+In: a `ContactProblem`, or MJX's model and data. Out: accelerations and constraint forces, or, from
+`differentiable_step`, the state of any MJX scene after a time step. It knows nothing of pushes.
 """
 
 import functools
@@ -19,6 +20,7 @@ from typing import cast
 
 import jax
 import jax.numpy as jnp
+import mujoco
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
@@ -49,6 +51,11 @@ _SLOPE_LEFT = 0.1
 # Where Newton's method leaves the bracket: the cost is steep near the start and flat beyond it, so
 # the minimum is nearer to the lower end.
 _SHARE_OF_BRACKET = 0.25
+
+_INTEGRATORS = {
+    int(mujoco.mjtIntegrator.mjINT_EULER): mjx.euler,
+    int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST): mjx.implicit,
+}
 
 
 @dataclass(frozen=True)
@@ -119,6 +126,7 @@ def _line_search(
     Returns:
       The length, and the slope there.
     """
+    # slope and curvature of the whole cost at a step length
     lines = [_line(c, a, step) for c in constraints]
 
     def derivatives(length: Array) -> tuple[Array, Array]:
@@ -135,6 +143,7 @@ def _line_search(
 
     def body(state: tuple[Array, ...]) -> tuple[Array, ...]:
         count, length, low, high, first, second = state
+        # the bracket closes in; Newton's step where it stays inside
         low, high = jnp.where(first < 0, length, low), jnp.where(first < 0, high, length)
         newton = length - first / second
         middle = jnp.where(jnp.isfinite(high), low + _SHARE_OF_BRACKET * (high - low), 2.0 * length)
@@ -213,12 +222,12 @@ def solve(
     iterations: int = 20,
     line_search: int = 20,
 ) -> mjx.Data:
-    """Solves the contact problem of one scene.
+    """Solves the contact problem of one MJX scene.
 
     Args:
-      model: the MJX model, with `cone="elliptic"`.
-      data: MJX data with mass matrix, constraint rows and `qacc_warmstart` filled in.
-      smooth: generalised force without constraints, (nv,), N and N m.
+      model: with `cone="elliptic"`.
+      data: with mass matrix, constraint rows and `qacc_warmstart` filled in.
+      smooth: generalised force without constraints, N and N m.
       prescribed: degrees of freedom with a prescribed constant velocity.
       iterations: Newton steps at most; they end when the last one came from an acceleration that
         was off by less than `TOLERANCE` of the unconstrained one (in the norm of the mass matrix).
@@ -240,3 +249,40 @@ def solve(
         {"qacc": qacc, "qfrc_constraint": qfrc, "_impl.efc_force": efc_force}
     )
     return cast(mjx.Data, solved)
+
+
+def differentiable_step(
+    model: mjx.Model, data: mjx.Data, iterations: int = 100, line_search: int = 30
+) -> mjx.Data:
+    """Advances a scene by one time step, like `mjx.step` with a converged solver.
+
+    The stages are MJX's own but the constraint solve. Contacts of condim 3, 4 and 6 (MJX itself
+    refuses 1 with elliptic cones), equalities and joint limits; forward and reverse mode, `scan`,
+    `vmap`, float64 and float32.
+
+    The motion has a kink at the instant of a first contact, and where a contact changes from
+    sticking to sliding; the derivative there is one-sided (docs/gradients.md says where it can be
+    trusted). A parameter of the model that MuJoCo compiles into others (mass into
+    `body_invweight0`, say) must be changed in all of them.
+
+    Args:
+      model: with `cone="elliptic"` and the integrator Euler or implicitfast.
+      data: its state.
+      iterations: Newton steps of the constraint solver at most.
+      line_search: evaluations along each at most.
+
+    Raises:
+      ValueError: for another cone or integrator, or for friction loss in joints or tendons.
+    """
+    integrator = int(model.opt.integrator)
+    if integrator not in _INTEGRATORS:
+        raise ValueError(f"integrator {integrator}: choose Euler or implicitfast")
+    data = mjx.sensor_pos(model, mjx.fwd_position(model, data))
+    data = mjx.sensor_vel(model, mjx.fwd_velocity(model, data))
+    data = mjx.fwd_acceleration(model, mjx.fwd_actuation(model, data))
+    if data._impl.efc_J.size == 0:
+        data = data.replace(qacc=data.qacc_smooth)
+    else:
+        data = solve(model, data, data.qfrc_smooth, iterations=iterations, line_search=line_search)
+        data = mjx.sensor_acc(model, data)
+    return cast(mjx.Data, _INTEGRATORS[integrator](model, data))

@@ -45,14 +45,9 @@ def object_parameters(
     tip_time_constant: float = 0.02,
     radius: float | None = None,
 ) -> PushParameters:
-    """Parameters of one object as its model says, c from its support unless `radius` gives it.
+    """Parameters of one object as its model says.
 
-    Args:
-      obj: the object.
-      friction: μ between object and table.
-      tip_friction: between tip and object.
-      tip_time_constant: s.
-      radius: c of the limit surface, m.
+    c of the limit surface is `radius` (m), or that of uniform pressure on the object's support.
     """
     com = np.asarray(obj.inertial.com)
     if radius is None:
@@ -114,6 +109,7 @@ def with_parameters(scene: Scene, p: PushParameters) -> mjx.Model:
     MJX has no `mj_setConst`: the fields that MuJoCo derives from mass and inertia and that contact
     forces are scaled with are computed here.
     """
+    # mass, CoM and inertia, and the fields that MuJoCo derives from them
     m = scene.mjx_model
     body, n_dof = scene.body, scene.model.nv - 2
     body_weight, dof_weight = _inverse_weights(scene, p)
@@ -131,6 +127,7 @@ def with_parameters(scene: Scene, p: PushParameters) -> mjx.Model:
         "pair_friction": _pair_friction(scene, p).astype(m.pair_friction.dtype),
         "pair_solref": solref,
     }
+    # geometry: the box and where the feet stand
     position, size = m.geom_pos, m.geom_size
     if scene.object_model.is_box:
         size = size.at[scene.hull[0]].set(p.half_extents)
@@ -143,6 +140,7 @@ def with_parameters(scene: Scene, p: PushParameters) -> mjx.Model:
 def recompile(scene: Scene, p: PushParameters) -> mujoco.MjModel:
     """The same parameters compiled by MuJoCo from the start: the oracle's model."""
     spec = build_spec(scene.object_model, scene.settings)
+    # mass, CoM and inertia; geometry
     body = spec.body("object")
     body.mass, body.inertia, body.ipos = float(p.mass), np.asarray(p.inertia), np.asarray(p.com)
     if scene.object_model.is_box:
@@ -152,6 +150,7 @@ def recompile(scene: Scene, p: PushParameters) -> mujoco.MjModel:
     if len(scene.feet):
         for i, position in enumerate(np.asarray(_feet_position(scene, p))):
             spec.geom(f"foot{i}").pos = position
+    # friction of tip and table
     mu, tip = float(p.friction), float(p.tip_friction)
     for pair in spec.pairs:
         if pair.name.startswith("tip"):

@@ -44,10 +44,7 @@ def upright_polygons(obj: ObjectModel) -> Float[np.ndarray, "m k 2"] | None:
 def plan_polygons(obj: ObjectModel, height: float, radius: float) -> Float[np.ndarray, "m k 2"]:
     """Polygons of any object, counter-clockwise, padded with their last vertex, m.
 
-    Args:
-      obj: the object.
-      height: of the middle of the tip above the table, m.
-      radius: of the tip, m.
+    `height` is that of the middle of the tip above the table, `radius` the tip's, m.
 
     Raises:
       ValueError: nothing of the object is at that height.
@@ -87,7 +84,7 @@ def first_contact(
     Args:
       polygons: of the object, world axes, m.
       origin: a point of the line, m.
-      direction: in which the tip moves, unit vector.
+      direction: in which the tip moves, of length 1.
       radius: of the tip, m.
 
     Returns:

@@ -14,8 +14,8 @@ from mjx_inertia.pushing.closed_form import free_problem, integrate_rotation, pl
 from mjx_inertia.pushing.contact_problem import cone_forces, constraint_residual
 from mjx_inertia.pushing.parameters import PushParameters, resting_height, with_parameters
 from mjx_inertia.pushing.quiet_mjx import mjx
+from mjx_inertia.pushing.record import Motion
 from mjx_inertia.pushing.scene import Scene
-from mjx_inertia.pushing.setup import Motion
 from mjx_inertia.spatial.unrolled import Vector, computed_once
 
 
@@ -56,13 +56,15 @@ def initial_state(scene: Scene, pose: Float[Array, "3"], tip_start: Float[Array,
 
 
 def _mjx_forward(scene: Scene, model: mjx.Model, state: State) -> tuple[Vector, Vector]:
-    """Accelerations and the tip's wrench at a state, by MJX's stages and our contact solver."""
+    """Accelerations and the tip's wrench on the object, by MJX's stages and our contact solver."""
+    # contact rows, mass matrix and bias forces
     qpos, qvel, qacc = (jnp.stack(x) for x in (state.qpos, state.qvel, state.qacc))
     data = scene.data.replace(qpos=qpos, qvel=qvel, qacc_warmstart=qacc)
     data = mjx.com_pos(model, mjx.kinematics(model, data))
     data = mjx.crb(model, data)
     data = mjx.make_constraint(model, mjx.collision(model, data))
     data = mjx.rne(model, mjx.com_vel(model, data))
+    # accelerations; the tip's velocity is prescribed
     settings = scene.settings
     data = contact_solver.solve(
         model,
@@ -72,17 +74,19 @@ def _mjx_forward(scene: Scene, model: mjx.Model, state: State) -> tuple[Vector, 
         iterations=settings.solver_iterations,
         line_search=settings.line_search,
     )
+    # the tip's force is that of the rows that move it
     jacobian, (x, y) = data._impl.efc_J, scene.tip_dofs
     touches = (jacobian[:, x] != 0) | (jacobian[:, y] != 0)
     force = jnp.where(touches, data._impl.efc_force, 0.0)
     qfrc = (jacobian * force[:, None]).sum(0)
-    # yaw comes before the tip
     acceleration = Vector(data.qacc[i] for i in range(scene.model.nv))
-    return acceleration, Vector((-qfrc[x], -qfrc[y], qfrc[x - 1]))
+    return acceleration, Vector((-qfrc[x], -qfrc[y], qfrc[x - 1]))  # yaw comes before the tip
 
 
-def _known_forward(scene: Scene, parameters: PushParameters, state: State) -> tuple[Vector, Vector]:
-    """The same for an object whose contacts are known in closed form."""
+def _closed_form_forward(
+    scene: Scene, parameters: PushParameters, state: State
+) -> tuple[Vector, Vector]:
+    """The same from the contact problem in closed form."""
     problem_at = planar_problem if scene.planar else free_problem
     problem = problem_at(scene, parameters, state.qpos, state.qvel)
     n, settings = len(problem.free), scene.settings
@@ -93,11 +97,11 @@ def _known_forward(scene: Scene, parameters: PushParameters, state: State) -> tu
     force = computed_once(cone_forces(tip, constraint_residual(tip, a))[0])
     columns = tip.jacobian.T
     wrench = Vector((columns[i] @ force).sum() for i in (0, 1, n - 1))
-    still = jnp.zeros_like(wrench[0])
-    return Vector((*a, still, still)), wrench
+    zero = jnp.zeros_like(wrench[0])  # the tip keeps its velocity
+    return Vector((*a, zero, zero)), wrench
 
 
-def _moved(scene: Scene, state: State, acceleration: Vector) -> State:
+def _integrate(scene: Scene, state: State, acceleration: Vector) -> State:
     """One step of semi-implicit Euler integration."""
     step, q = scene.settings.timestep, state.qpos
     v = state.qvel + step * acceleration
@@ -128,12 +132,12 @@ def step(
       about the object-frame origin (N m).
     """
     state = state.replace(qvel=Vector((*state.qvel[:-2], tip_velocity[0], tip_velocity[1])))
-    if scene.is_known:
-        acceleration, wrench = _known_forward(scene, parameters, state)
+    if scene.has_closed_form:
+        acceleration, wrench = _closed_form_forward(scene, parameters, state)
     else:
         model = with_parameters(scene, parameters)
         acceleration, wrench = _mjx_forward(scene, model, state)
-    return _moved(scene, state, acceleration), wrench
+    return _integrate(scene, state, acceleration), wrench
 
 
 def rollout(
@@ -144,21 +148,14 @@ def rollout(
     first_sample: Int[Array, ""],
     samples: int,
 ) -> tuple[State, Sample]:
-    """Simulates `samples` samples of one push.
-
-    Args:
-      scene: the compiled scene.
-      parameters: of this push.
-      motion: of its tip.
-      state: at the start.
-      first_sample: index of the first sample in the push.
-      samples: how many.
+    """Simulates `samples` samples of one push, of which `first_sample` is the index of the first.
 
     Returns:
       The state at the end and the signals, (samples, ...).
     """
     timestep, substeps = scene.settings.timestep, scene.settings.substeps
 
+    # a sample: time steps with the tip on its path, and what the sensors give at their end
     def sample(state: State, index: Int[Array, ""]) -> tuple[State, Sample]:
         def substep(carry: tuple, i: Int[Array, ""]) -> tuple[tuple, None]:
             state, total = carry

@@ -57,8 +57,8 @@ class Scene:
     polygons: np.ndarray | None
 
     @property
-    def is_known(self) -> bool:
-        """Whether the contacts of this scene are known in closed form, without MJX."""
+    def has_closed_form(self) -> bool:
+        """Whether `closed_form.py` holds the contact problem of this scene."""
         return self.planar or self.object_model.is_box
 
     @property
@@ -154,6 +154,7 @@ def _add_tip(spec: mujoco.MjSpec, settings: SceneSettings, height: float) -> Non
 
 def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
     """The scene as an editable MuJoCo specification, object at rest at the origin."""
+    # options: elliptic cones, and a solver that goes on until it has converged
     spec = mujoco.MjSpec()
     spec.option.timestep = settings.timestep
     spec.option.gravity = (0, 0, -GRAVITY)
@@ -172,6 +173,7 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
         contype=0,
         conaffinity=0,
     )
+    # object with its feet, and tip
     hull = _add_object(spec, obj, settings)
     _add_tip(spec, settings, _tip_height(obj, settings))
     body = spec.body("object")
@@ -186,6 +188,7 @@ def build_spec(obj: ObjectModel, settings: SceneSettings) -> mujoco.MjSpec:
             conaffinity=0,
         )
         feet.append(f"foot{i}")
+    # named contact pairs: tip and object, table and object
     condim = 4 if settings.table == "limit_surface" else 3
     for i, name in enumerate(name for name in hull if name != "base"):
         spec.add_pair(

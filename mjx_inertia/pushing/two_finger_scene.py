@@ -106,6 +106,7 @@ def _model(obj: ObjectModel, friction: float, settings: TwoFingerSettings) -> mu
         tip_radius=settings.finger_radius,
         tip_height=settings.finger_height,
     )
+    # the scene of a push with two fingers in place of the tip
     spec = build_spec(obj, scene)
     spec.delete(spec.body("tip"))
     height = min(settings.finger_height, obj.height / 2)
@@ -117,6 +118,7 @@ def _model(obj: ObjectModel, friction: float, settings: TwoFingerSettings) -> mu
             spec.add_pair(
                 name=f"{name}_{hull}", geomname1=name, geomname2=hull, condim=3, solimp=TIP_SOLIMP
             )
+    # the foot under the CoM, and the friction of table and fingers
     com = np.asarray(obj.inertial.com)
     spec.body("object").ipos = com
     spec.geom("foot0").pos = (com[0], com[1], spec.geom("foot0").size[0])
@@ -147,6 +149,7 @@ def simulate_two_finger(
       motion: of the pusher.
       settings: the pusher.
     """
+    # the fingers a hair's breadth off the face, the object at rest on its foot
     model = _model(obj, friction, settings)
     data = mujoco.MjData(model)
     ahead = np.asarray(motion.direction)
@@ -156,6 +159,7 @@ def simulate_two_finger(
     fingers = start + np.outer([0.5, -0.5], settings.width * along)
     data.qpos[_PLANE] = fingers
     data.qpos[2] = _sunk(model)
+    # driven fingers; forces are means over each sample
     substeps = round(1 / (settings.rate * settings.timestep))
     samples = int(motion.duration * settings.rate)
     rows: list[tuple[np.ndarray, ...]] = []

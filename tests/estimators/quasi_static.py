@@ -3,9 +3,9 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from pushing.quasi_static_laws import sticking_twist
 
 from mjx_inertia.pushing import PushRecord
-from mjx_inertia.pushing.limit_surface import sticking_twist
 
 RATE = 100.0
 

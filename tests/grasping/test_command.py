@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import trimesh
 from matplotlib.cm import ScalarMappable
+from wrench_hull import wrench_hull
 
 from mjx_inertia.grasping import (
     BAXTER_GRIPPER,
     CRITERIA,
+    EPSILON,
     TASKS,
     GraspStatus,
     SamplerSettings,
@@ -83,6 +85,25 @@ def test_the_order_is_by_cost_and_leaves_out_what_fails(ranking, mug, grasps):
     np.testing.assert_allclose(ranking.by("effort")[status == 0], again.usable()[status == 0, 0])
     lines = ranking_table(ranking, rows=5).splitlines()
     assert len(lines) == 6 and f"{efforts[0]:.4g}" in lines[1]
+
+
+def test_the_order_by_epsilon_begins_with_the_greatest(ranking, mug, grasps):
+    """What can be used, and what the metrics say, stays as it is; ε is that of Qhull's hulls."""
+    arguments = baxter("left"), mug.inertial, grasps, BAXTER_GRIPPER, path_of(mug)
+    by_epsilon = rank_grasps(*arguments, metric=EPSILON, friction=0.8)
+    np.testing.assert_array_equal(by_epsilon.costs[:, :-1], ranking.costs)
+    assert sorted(by_epsilon.order) == sorted(ranking.order)
+    quality = by_epsilon.by(EPSILON)
+    assert np.all(np.diff(quality[by_epsilon.order]) <= 0.0) and quality[by_epsilon.order[-1]] > 0.0
+    gyration = float(np.sqrt(0.5 * np.trace(mug.inertial.inertia) / mug.inertial.mass))
+    for row in by_epsilon.order[[0, -1]]:
+        pair = jax.tree.map(lambda x, row=row: x[row], grasps.contacts)
+        pad = SoftFinger(0.8, 0.006 * 0.8)
+        hull = wrench_hull(pair, pad, np.asarray(mug.inertial.com), gyration, edges=20)
+        assert 0.95 * quality[row] < hull.epsilon <= quality[row] * (1.0 + 1e-6)
+    assert "epsilon [N/N]" in ranking_table(by_epsilon)
+    with pytest.raises(ValueError, match="'epsilon' is not among effort"):
+        ranking.by(EPSILON)
 
 
 def test_the_arms_hand_is_at_the_finger_tips(grasps):

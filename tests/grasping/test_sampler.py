@@ -16,9 +16,8 @@ from mjx_inertia.grasping import (
     sample_grasps,
 )
 from mjx_inertia.grasping.contact_model import antipodal_margin
-from mjx_inertia.grasping.grasp import grasps_at
-from mjx_inertia.grasping.hand_clearance import GraspFit, grasp_fit
-from mjx_inertia.grasping.sampler import grasps_along
+from mjx_inertia.grasping.grasp import grasps_at, hand_frames_from_points
+from mjx_inertia.grasping.hand_clearance import above_plane, collides
 from mjx_inertia.objects import cuboid, load_catalogue
 
 JAW = PARALLEL_JAW_80MM
@@ -89,21 +88,20 @@ def test_sampled_hands_share_no_volume_with_the_object():
     assert max(shared) < 1e-12
 
 
-def test_grasp_fit_is_that_of_exact_booleans():
+def test_collisions_are_those_of_exact_booleans():
     """Hands at random about the mug, most of which overlap it."""
     rng = np.random.default_rng(0)
     middle = rng.normal(size=(80, 1, 3)) * 0.08
     points = mug().center + middle + rng.normal(size=(80, 2, 3)) * 0.02
     approach = rng.normal(size=(80, 3))
-    grasps = grasps_at(points, np.zeros((80, 2, 3)), approach)
-    status = grasp_fit(mug(), JAW, grasps)
-    width = np.asarray(grasps.width)
-    np.testing.assert_array_equal(status == GraspFit.TOO_WIDE, width > JAW.open_width)
-    fitting = np.flatnonzero(status != GraspFit.TOO_WIDE)
-    shared = np.array([overlap(mug(), JAW, grasps, row, 0.003) for row in fitting])
-    collides = status[fitting] == GraspFit.COLLIDES
-    assert 5 < np.sum(collides) < len(fitting) - 3
-    np.testing.assert_array_equal(collides, shared > 1e-12)
+    fitting = np.linalg.norm(points[:, 1] - points[:, 0], axis=1) <= JAW.open_width
+    points, approach = points[fitting], approach[fitting]
+    grasps = grasps_at(points, np.zeros((len(points), 2, 3)), approach)
+    frames = hand_frames_from_points(points, approach)
+    hit = collides(mug().mesh, JAW, frames, 0.003)
+    shared = np.array([overlap(mug(), JAW, grasps, row, 0.003) for row in range(len(points))])
+    assert 5 < np.sum(hit) < len(points) - 3
+    np.testing.assert_array_equal(hit, shared > 1e-12)
 
 
 def test_hand_within_the_solid_and_solid_within_the_hand():
@@ -111,24 +109,28 @@ def test_hand_within_the_solid_and_solid_within_the_hand():
     gripper = dataclasses.replace(JAW, pad_to_tip=0.03)
     points = np.array([[[0.0, -0.02, 0.5], [0.0, 0.02, 0.5]]])
     up = np.array([[0.0, 0.0, 1.0]])
-    inside = grasps_at(points, np.zeros((1, 2, 3)), up)
-    assert grasp_fit(big, gripper, inside)[0] == GraspFit.COLLIDES
+    assert collides(big.mesh, gripper, hand_frames_from_points(points, up), 0.003)[0]
     # a grain in the middle of finger 1, then one between the pads
-    aside = grasps_at(points - [0.0, 0.03, 0.5], np.zeros((1, 2, 3)), up)
-    assert grasp_fit(small, gripper, aside)[0] == GraspFit.COLLIDES
-    between = grasps_at(points - [0.0, 0.0, 0.5], np.zeros((1, 2, 3)), up)
-    assert grasp_fit(small, gripper, between)[0] == GraspFit.FITS
+    aside = hand_frames_from_points(points - [0.0, 0.03, 0.5], up)
+    assert collides(small.mesh, gripper, aside, 0.003)[0]
+    between = hand_frames_from_points(points - [0.0, 0.0, 0.5], up)
+    assert not collides(small.mesh, gripper, between, 0.003)[0]
+
+
+def frames_of(grasps):
+    return hand_frames_from_points(np.asarray(grasps.contacts.points), np.asarray(grasps.approach))
 
 
 def test_above_the_table():
     settings = SamplerSettings(above_table=True)
     grasps = sample_grasps(mug(), JAW, 100, seed=0, settings=settings).grasps
-    status = grasp_fit(mug(), JAW, grasps, above_table=True)
-    assert np.all(status == GraspFit.FITS)
+    frames = frames_of(grasps)
+    assert np.all(above_plane(JAW, frames, 0.003))
+    assert not np.any(collides(mug().mesh, JAW, frames, 0.003))
+    assert np.all((frames.width >= JAW.closed_width) & (frames.width <= JAW.open_width))
     upwards = np.asarray(grasps.approach)[:, 2]
     assert upwards.max() < 0.5  # nothing comes from below
-    free = mug_grasps().grasps
-    below = grasp_fit(mug(), JAW, free, above_table=True) == GraspFit.BELOW_TABLE
+    below = ~above_plane(JAW, frames_of(mug_grasps().grasps), 0.003)
     assert 0 < np.sum(below) < 300
 
 
@@ -153,22 +155,10 @@ def test_none_or_too_few():
         sample_grasps(mug(), JAW, 0, seed=0)
 
 
-def test_chosen_grasps_along_an_edge():
-    plate = cuboid((0.2, 0.3, 0.015), 0.4)
-    along = np.linspace(-0.1, 0.1, 6)
-    points = np.stack([np.full(6, 0.09), along, np.full(6, 0.005)], axis=1)
-    up, left = np.tile([0.0, 0.0, 2.0], (6, 1)), np.tile([-1.0, 0.0, 0.3], (6, 1))
-    grasps = grasps_along(plate, points, up, left)
-    np.testing.assert_allclose(grasps.width, 0.015, rtol=1e-6)
-    expected = np.stack([points * [1, 1, 0], points * [1, 1, 0] + [0, 0, 0.015]], axis=1)
-    np.testing.assert_allclose(grasps.contacts.points, expected, atol=1e-7)
-    np.testing.assert_allclose(grasps.approach, np.tile([-1.0, 0.0, 0.0], (6, 1)), atol=1e-7)
-    assert np.all(grasp_fit(plate, JAW, grasps) == GraspFit.FITS)
-    with pytest.raises(ValueError, match="the first is point 2"):
-        off = points + np.array([0.0, 0.0, 0.1]) * (np.arange(6)[:, None] >= 2)
-        grasps_along(plate, off, up, left)
+def test_directions_that_make_no_hand():
+    points = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 0.015]]])
     with pytest.raises(ValueError, match="`approach` of grasp 0"):
-        grasps_along(plate, points, up, up)
+        hand_frames_from_points(points, np.array([[0.0, 0.0, 2.0]]))
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from cube_pushes import cubes, push, straight
 from mjx_inertia.objects import cuboid, load_mcube_objects
 from mjx_inertia.pushing import PushStatus, SceneSettings, build_scene, object_parameters, simulate
 from mjx_inertia.pushing.batched_simulation import _programs
-from mjx_inertia.pushing.setup import SampledMotion
+from mjx_inertia.pushing.record import SampledMotion
 
 
 def one_push(parameters, i):

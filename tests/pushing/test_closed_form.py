@@ -23,7 +23,7 @@ from mjx_inertia.pushing.closed_form import (
 )
 from mjx_inertia.pushing.parameters import with_parameters
 from mjx_inertia.pushing.quiet_mjx import mjx
-from mjx_inertia.pushing.rollout import State, _known_forward, _mjx_forward, _moved
+from mjx_inertia.pushing.rollout import State, _closed_form_forward, _integrate, _mjx_forward
 from mjx_inertia.spatial.unrolled import Vector
 
 
@@ -86,7 +86,7 @@ def test_accelerations_and_forces_at_random_states(scene_of, table):
     """
     scene, parameters, n = scene_of(table), boxes(80), scene_of(table).model.nv
     state = states(scene, parameters, np.random.default_rng(8), 80)
-    ours = jax.jit(jax.vmap(lambda p, s: _known_forward(scene, p, s)))(parameters, state)
+    ours = jax.jit(jax.vmap(lambda p, s: _closed_form_forward(scene, p, s)))(parameters, state)
     theirs = jax.jit(jax.vmap(lambda p, s: _mjx_forward(scene, with_parameters(scene, p), s)))(
         parameters, state
     )
@@ -123,7 +123,7 @@ def test_prisms_move_as_in_mjx(table, name):
     """
     obj = prism(OUTLINES[name], 0.05, 1.0, name=name)
     scene = build_scene(obj, SceneSettings(table=table))
-    assert scene.is_known
+    assert scene.has_closed_form
     rng, n = np.random.default_rng(6), 60
     outline = obj.outline
     edge = rng.integers(len(outline), size=n)
@@ -140,7 +140,7 @@ def test_prisms_move_as_in_mjx(table, name):
     parameters = jax.tree.map(
         lambda x: np.broadcast_to(x, (n, *np.shape(x))), object_parameters(obj, friction=0.4)
     )
-    ours = jax.jit(jax.vmap(lambda p, s: _known_forward(scene, p, s)))(parameters, state)
+    ours = jax.jit(jax.vmap(lambda p, s: _closed_form_forward(scene, p, s)))(parameters, state)
     theirs = jax.jit(jax.vmap(lambda p, s: _mjx_forward(scene, with_parameters(scene, p), s)))(
         parameters, state
     )
@@ -181,7 +181,7 @@ def test_integration_equals_that_of_mjx(scene_of, table):
         return data.qpos, data.qvel
 
     qpos, qvel = jax.vmap(theirs)(parameters, state, qacc)
-    ours = jax.vmap(lambda s, a: _moved(scene, s, a))(state, qacc)
+    ours = jax.vmap(lambda s, a: _integrate(scene, s, a))(state, qacc)
     np.testing.assert_allclose(np.stack(ours.qpos, 1), qpos, rtol=0, atol=1e-14)
     np.testing.assert_allclose(np.stack(ours.qvel, 1), qvel, rtol=0, atol=1e-14)
 

@@ -5,8 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from cube_pushes import cubes, push, straight
-
-from mjx_inertia.pushing.limit_surface import (
+from quasi_static_laws import (
     ContactMode,
     contact_velocity,
     ellipsoidal_limit_surface,

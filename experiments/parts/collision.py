@@ -15,7 +15,7 @@ from numpy import ndarray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.grasping.motion import GraspMotion
+from mjx_inertia.grasping import GraspMotion
 from mjx_inertia.robots import Robot, robot_spec
 
 _BUMPER = 0.01  # m, radius of the ball at the hand
@@ -80,10 +80,9 @@ def collide(
     waypoint: int,
     control: ControlSettings | None = None,
 ) -> Collision:
-    """Carries out a planned motion of one move with an obstacle in its way.
+    """Carries out a planned motion of one move; at a waypoint the hand meets an obstacle head-on.
 
-    The hand meets the obstacle face to face at the waypoint of that number. The controller knows
-    the inertia of the arm with its payload.
+    The controller knows the inertia of the arm with its payload.
 
     Raises:
       ValueError: a waypoint at which the hand is at rest.

@@ -1,4 +1,4 @@
-"""Quasi-static pushing: which frictional load a sliding object bears and how it moves.
+"""The quasi-static laws that a slow push obeys: load of a sliding object, and how it moves.
 
 Thesis §3.6 (Mason 1986, Goyal et al. 1991, Lynch et al. 1992). In: pressure, friction, contact.
 Out: loads and twists. One object; planar quantities at the CoM, world axes: a load is (f_x, f_y,

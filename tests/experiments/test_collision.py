@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mjx_inertia.grasping import GraspMotion
-from mjx_inertia.grasping.collision import Bottle, ControlSettings, Pillar, collide
 from mjx_inertia.robots import BASE, Robot, with_payload
 from mjx_inertia.spatial import InertialParameters, Pose
+from parts.collision import Bottle, ControlSettings, Pillar, collide
 
 pytestmark = pytest.mark.float64
 
