@@ -57,12 +57,15 @@ _WORDS = {
 }
 
 
-def explain_identifiability(result: Identifiability, names: tuple[str, ...]) -> str:
-    """One sentence that names what this push does not determine; empty if there is nothing.
+def explain_identifiability(
+    result: Identifiability, names: tuple[str, ...], *, pushes: int = 1
+) -> str:
+    """One sentence that names what the pushes do not determine; empty if there is nothing.
 
     Args:
-      result: of one push.
+      result: of one body.
       names: of the coordinates.
+      pushes: how many of the body there were.
     """
     untold = np.asarray(result.untold)
     directions = round(float(np.trace(untold)))
@@ -74,15 +77,18 @@ def explain_identifiability(result: Identifiability, names: tuple[str, ...]) -> 
     words = [_WORDS.get(name) or name.replace("_", " ") for name in involved]
     listed = words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
     apart = " apart" if len(involved) > directions else ""
-    alone = " from this push" if not apart else ""
-    return f"{listed} cannot be told{apart}{alone}{_why(involved)}"
+    source = " from this push" if pushes == 1 else " from these pushes"
+    alone = "" if apart else source
+    return f"{listed} cannot be told{apart}{alone}{_why(involved, pushes)}"
 
 
-def _why(involved: list[str]) -> str:
+def _why(involved: list[str], pushes: int) -> str:
+    one = pushes == 1
     if {"mass", "friction"} <= set(involved):
-        return ": the push hardly accelerates, and a steady force shows their product only"
+        what = "the push hardly accelerates" if one else "the pushes hardly accelerate"
+        return f": {what}, and a steady force shows their product only"
     if "inertia" in involved or involved[0] in ("com_x", "com_y"):
-        return ": the push hardly turns the object"
+        return f": {'the push hardly turns' if one else 'the pushes hardly turn'} the object"
     if "tip_friction" in involved:
         return ": the tip does not slide along the object"
     return ""
