@@ -1,6 +1,5 @@
 """Identification through the simulator: gradients, search, and identifiability."""
 
-from mjx_inertia.estimators.sysid.batch import equations_at as equations_at
 from mjx_inertia.estimators.sysid.batched_search import Search as Search, search as search
 from mjx_inertia.estimators.sysid.estimator import (
     FittedSysid as FittedSysid,
@@ -16,11 +15,12 @@ from mjx_inertia.estimators.sysid.fisher_identifiability import (
 )
 from mjx_inertia.estimators.sysid.normal_equations import (
     NormalEquations as NormalEquations,
-    information as information,
+    equations_at as equations_at,
     with_belief as with_belief,
 )
 from mjx_inertia.estimators.sysid.observation import (
     Observation as Observation,
+    SysidProblem as SysidProblem,
     observe as observe,
     observed as observed,
 )

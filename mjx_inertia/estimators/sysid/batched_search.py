@@ -1,6 +1,6 @@
 """Least-squares searches of many pushes, or bodies with several pushes, in one batch.
 
-In: starts, observations, setups. Out: `Search`.
+In: a `SysidProblem` and starts. Out: `Search`.
 """
 
 import functools
@@ -12,17 +12,19 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
-from mjx_inertia.estimators.sysid.batch import equations_at
 from mjx_inertia.estimators.sysid.levenberg_marquardt import (
     LevenbergMarquardtState,
     is_minimum,
     levenberg_marquardt_start,
     levenberg_marquardt_step,
 )
-from mjx_inertia.estimators.sysid.normal_equations import DIVERGED, NormalEquations, with_belief
-from mjx_inertia.estimators.sysid.observation import Observation
-from mjx_inertia.estimators.sysid.settings import SysidSettings
-from mjx_inertia.pushing import PushSetup, Scene
+from mjx_inertia.estimators.sysid.normal_equations import (
+    DIVERGED,
+    NormalEquations,
+    equations_at,
+    with_belief,
+)
+from mjx_inertia.estimators.sysid.observation import SysidProblem
 from mjx_inertia.spatial import AnyArray
 
 _PATIENCE, _GAIN = 3, 0.01  # evaluations without this gain in cost end a search that fits
@@ -45,14 +47,9 @@ class Search:
 
 
 def search(
-    scene: Scene,
+    problem: SysidProblem,
     z: Float[AnyArray, "b p"],
-    observation: Observation,
-    setup: PushSetup,
-    centroid: Float[AnyArray, "2"],
-    settings: SysidSettings,
     *,
-    body: Int[AnyArray, " n"] | None = None,
     seconds: float = np.inf,
     report: Callable[[str], None] | None = None,
 ) -> Search:
@@ -61,19 +58,13 @@ def search(
     Bodies that have converged leave the batch. The others then take less time.
 
     Args:
-      scene: of the object.
+      problem: the pushes.
       z: starts, one for each body.
-      observation: of each push.
-      setup: of each push.
-      centroid: of the object's outline, object frame, m.
-      settings: of the identification.
-      body: which body each push is of: pushes of one body share all unknowns. By default each
-        push stands for itself.
       seconds: how much of each push is fitted.
       report: called after each iteration with a line on how far the search is.
     """
-    n, length = len(np.asarray(z)), np.asarray(observation.length)
-    body = np.arange(n) if body is None else np.asarray(body)
+    settings, body = problem.settings, np.asarray(problem.body)
+    n, length = len(np.asarray(z)), np.asarray(problem.observation.length)
     pushes = np.bincount(body[length > 0], minlength=n)
     progress = jax.tree.map(np.array, _begin(jnp.asarray(z)))
     trace = np.full((n, settings.iterations), np.inf)
@@ -82,10 +73,9 @@ def search(
     for i in range(settings.iterations):
         if not len(rows):
             break
-        known = scene, progress.ask[body], observation, setup, centroid, settings
         under_way = np.flatnonzero(np.isin(body, rows) & (length > 0))
-        each = equations_at(*known, rows=under_way, seconds=seconds)
-        equations = _summed(each, progress.ask, body, pushes, settings)
+        each = equations_at(problem, progress.ask[body], rows=under_way, seconds=seconds)
+        equations = _summed(problem, each, progress.ask, pushes)
         # one shape for the small program: pushes that are done are stepped too and not taken over
         stepped = jax.tree.map(np.asarray, _step(progress, equations))
         for whole, new in zip(jax.tree.leaves(progress), jax.tree.leaves(stepped), strict=True):
@@ -93,7 +83,7 @@ def search(
         iterations[rows] += 1
         trace[:, i] = progress.cost
         stalled = np.zeros(n, bool) if i < _PATIENCE else _stalled(trace[:, i - _PATIENCE : i + 1])
-        stalled &= fits(progress, observation, body, settings, seconds)
+        stalled &= fits(progress, problem, seconds)
         converged = progress.done | stalled & is_minimum(progress) | converged
         rows = rows[~(progress.done | stalled)[rows]]
         if report:
@@ -111,16 +101,13 @@ def search(
 
 
 def _summed(
-    each: NormalEquations,
-    z: np.ndarray,
-    body: np.ndarray,
-    pushes: np.ndarray,
-    settings: SysidSettings,
+    problem: SysidProblem, each: NormalEquations, z: np.ndarray, pushes: np.ndarray
 ) -> NormalEquations:
     """Normal equations of bodies: sums over their pushes, in which the belief counts once."""
+    body = np.asarray(problem.body)
     if np.array_equal(body, np.arange(len(z))):
         return each
-    prior = jax.vmap(functools.partial(with_belief, settings=settings))(
+    prior = jax.vmap(functools.partial(with_belief, settings=problem.settings))(
         jax.tree.map(lambda x: jnp.zeros((len(z), *x.shape[1:])), each), jnp.asarray(z)
     )
 
@@ -141,39 +128,29 @@ def _stalled(costs: np.ndarray) -> np.ndarray:
 
 
 def misfit(
-    found: Search | LevenbergMarquardtState,
-    observation: Observation,
-    body: np.ndarray,
-    seconds: float = np.inf,
+    found: Search | LevenbergMarquardtState, problem: SysidProblem, seconds: float = np.inf
 ) -> np.ndarray:
     """Mean squared residual of each body, without the belief's part of the cost."""
     cost, z = np.asarray(found.cost), np.asarray(found.z)
-    total = _residuals(found, observation, body, seconds)
+    total = _residuals(problem, len(z), seconds)
     return (2.0 * cost - np.sum(z**2, -1)) / np.maximum(total, 1)
 
 
 def fits(
-    found: Search | LevenbergMarquardtState,
-    observation: Observation,
-    body: np.ndarray,
-    settings: SysidSettings,
-    seconds: float = np.inf,
+    found: Search | LevenbergMarquardtState, problem: SysidProblem, seconds: float = np.inf
 ) -> np.ndarray:
     """Whether sensor noise alone explains the residuals of each body.
 
     The mean square of n normal residuals is off by √(2/n) by chance; five of these are allowed.
     """
-    chance = np.sqrt(2.0 / np.maximum(_residuals(found, observation, body, seconds), 1))
-    return misfit(found, observation, body, seconds) < settings.misfit + 5.0 * chance
+    total = _residuals(problem, len(np.asarray(found.z)), seconds)
+    chance = np.sqrt(2.0 / np.maximum(total, 1))
+    return misfit(found, problem, seconds) < problem.settings.misfit + 5.0 * chance
 
 
-def _residuals(
-    found: Search | LevenbergMarquardtState,
-    observation: Observation,
-    body: np.ndarray,
-    seconds: float,
-) -> np.ndarray:
+def _residuals(problem: SysidProblem, bodies: int, seconds: float) -> np.ndarray:
     """How many residuals each body has."""
-    samples = min(seconds / float(np.max(observation.interval)), observation.weight.shape[1])
-    compared = (np.asarray(observation.weight)[:, : int(np.ceil(samples))] > 0).sum((1, 2))
-    return np.bincount(body, weights=compared, minlength=len(np.asarray(found.z)))
+    weight = np.asarray(problem.observation.weight)
+    samples = min(seconds / float(np.max(problem.observation.interval)), weight.shape[1])
+    compared = (weight[:, : int(np.ceil(samples))] > 0).sum((1, 2))
+    return np.bincount(np.asarray(problem.body), weights=compared, minlength=bodies)

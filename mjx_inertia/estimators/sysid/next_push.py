@@ -17,8 +17,8 @@ import numpy as np
 from flax import struct
 from jaxtyping import Float, Int
 
-from mjx_inertia.estimators.sysid.batch import equations_at
-from mjx_inertia.estimators.sysid.observation import observed
+from mjx_inertia.estimators.sysid.normal_equations import equations_at
+from mjx_inertia.estimators.sysid.observation import SysidProblem, observed
 from mjx_inertia.estimators.sysid.settings import SysidSettings
 from mjx_inertia.estimators.sysid.unknowns import bounds, to_parameters
 from mjx_inertia.pushing import PushRecord, PushSetup, Scene, StraightMotion, simulate
@@ -243,9 +243,9 @@ def expected_information(
     with jax.enable_x64(True):
         inside = np.clip(np.asarray(z, float), *(np.asarray(b) for b in bounds(settings)))
         record = predicted(scene, inside, pushes, centroid, settings, samples=samples)
-        found = equations_at(
-            scene, inside, observed(record, settings), pushes.setup, centroid, settings
-        )
+        seen = observed(record, settings)
+        problem = SysidProblem.of(scene, seen, pushes.setup, settings, centroid=centroid)
+        found = equations_at(problem, inside)
     return np.asarray(found.hessian) - np.eye(inside.shape[1])
 
 

@@ -3,7 +3,7 @@
 Each push is fitted twice. The first fit covers the beginning of the push, where the search is cheap
 and the cost is smooth. The second one covers the whole push. Pushes with large residuals are fitted
 again from starts nearby.
-In: observations, setups, starts. Out: `Fit`.
+In: a `SysidProblem` and starts. Out: `Fit`.
 """
 
 import functools
@@ -13,15 +13,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from mjx_inertia.estimators.sysid.batched_search import Search, fits, misfit, search
 from mjx_inertia.estimators.sysid.fisher_identifiability import Identifiability, identifiability
 from mjx_inertia.estimators.sysid.normal_equations import wall_hessian
-from mjx_inertia.estimators.sysid.observation import Observation
-from mjx_inertia.estimators.sysid.settings import SysidSettings
+from mjx_inertia.estimators.sysid.observation import SysidProblem
 from mjx_inertia.estimators.sysid.unknowns import random_restart
-from mjx_inertia.pushing import PushSetup, Scene
 from mjx_inertia.spatial import AnyArray
 
 
@@ -51,41 +49,30 @@ def _with_better(found: Search, rows: np.ndarray, other: Search) -> Search:
 
 
 def fit(
-    scene: Scene,
+    problem: SysidProblem,
     start: Float[AnyArray, "b p"],
-    observation: Observation,
-    setup: PushSetup,
-    centroid: Float[AnyArray, "2"],
-    settings: SysidSettings,
     *,
     key: jax.Array,
-    body: Int[AnyArray, " n"] | None = None,
     report: Callable[[str], None] | None = None,
 ) -> Fit:
-    """Identifies each push on its own, or the pushes of each body together.
+    """Identifies each body from all its pushes.
 
     Args:
-      scene: of the object.
+      problem: the pushes.
       start: where to begin, coordinates, one for each body.
-      observation: of each push.
-      setup: of each push.
-      centroid: of the outline, object frame, m.
-      settings: of the identification.
       key: of the further starts.
-      body: which body each push is of; by default each push stands for itself.
       report: called after each iteration with a line on how far the search is.
     """
-    body = np.arange(len(start)) if body is None else np.asarray(body)
-    usable = np.bincount(body[np.asarray(observation.length) > 0], minlength=len(start)) > 0
+    settings, body = problem.settings, np.asarray(problem.body)
+    measured = body[np.asarray(problem.observation.length) > 0]
+    usable = np.bincount(measured, minlength=len(start)) > 0
 
     def run(z: np.ndarray, bodies: np.ndarray, seconds: float = np.inf) -> Search:
         """A search from each start `z`; a body may occur more than once."""
         pushes = [np.flatnonzero(body == b) for b in bodies]
         place = np.repeat(np.arange(len(bodies)), [len(p) for p in pushes])
-        rows = np.concatenate(pushes)
-        seen, setups = jax.tree.map(lambda x: np.asarray(x)[rows], (observation, setup))
-        window = {"body": place, "seconds": seconds, "report": report}
-        return search(scene, z, seen, setups, centroid, settings, **window)
+        part = problem.take(np.concatenate(pushes)).replace(body=place)
+        return search(part, z, seconds=seconds, report=report)
 
     def drawn(bodies: np.ndarray, number: int) -> np.ndarray:
         """Start `number` of each body, near its first one."""
@@ -96,7 +83,7 @@ def fit(
     # 1. the first moments of all pushes
     first = run(np.asarray(start), np.arange(len(start)), settings.coarse)
     # 2. the same from further starts, all of them side by side, where these do not fit
-    bad = np.flatnonzero(usable & ~fits(first, observation, body, settings, settings.coarse))
+    bad = np.flatnonzero(usable & ~fits(first, problem, settings.coarse))
     if len(bad) and settings.draws:
         starts = np.concatenate([drawn(bad, number) for number in range(settings.draws)])
         tries = run(starts, np.tile(bad, settings.draws), settings.coarse)
@@ -105,7 +92,7 @@ def fit(
     # 3. whole pushes, from where that ended
     best = run(np.asarray(first.z), np.arange(len(start)))
     # 4. both once more, from one further start, where a fit is bad or stands at a kink
-    settled = fits(best, observation, body, settings) & best.converged
+    settled = fits(best, problem) & best.converged
     bad = np.flatnonzero(usable & ~settled)
     if len(bad):
         first = run(drawn(bad, settings.draws), bad, settings.coarse)
@@ -115,7 +102,7 @@ def fit(
     return Fit(
         start=np.asarray(start),
         search=best,
-        misfit=misfit(best, observation, body),
-        fits=fits(best, observation, body, settings),
+        misfit=misfit(best, problem),
+        fits=fits(best, problem),
         known=jax.tree.map(np.asarray, jax.vmap(identifiability)(jnp.asarray(fisher))),
     )
