@@ -20,7 +20,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float
 
 from mjx_inertia.estimators.estimate import Estimate, Estimator, answer, usable_rows
-from mjx_inertia.estimators.mean_estimator import FittedMean, fit_mean
+from mjx_inertia.estimators.training import FittedMean, fit_mean
 from mjx_inertia.features import Examples, FeatureSettings
 from mjx_inertia.features.signals import Signals, signals
 from mjx_inertia.pushing import PushRecord

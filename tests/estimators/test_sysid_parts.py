@@ -34,8 +34,13 @@ from mjx_inertia.estimators.sysid.observation import (
     standard_deviation,
     weights,
 )
-from mjx_inertia.estimators.sysid.settings import ESTIMATED
-from mjx_inertia.estimators.sysid.unknowns import LOGARITHMIC, SensorErrors, beyond_bounds, bounds
+from mjx_inertia.estimators.sysid.unknowns import (
+    ESTIMATED,
+    LOGARITHMIC,
+    SensorErrors,
+    beyond_bounds,
+    bounds,
+)
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, StraightMotion
 from mjx_inertia.pushing.rollout import Sample
 

@@ -1,6 +1,5 @@
 """Identification through the simulator: gradients, search, and identifiability."""
 
-from mjx_inertia.estimators.sysid.batched_search import Search as Search, search as search
 from mjx_inertia.estimators.sysid.estimator import (
     FittedSysid as FittedSysid,
     Identified as Identified,
@@ -8,11 +7,7 @@ from mjx_inertia.estimators.sysid.estimator import (
     planar_estimates as planar_estimates,
     sysid as sysid,
 )
-from mjx_inertia.estimators.sysid.fisher_identifiability import (
-    Identifiability as Identifiability,
-    explain_identifiability as explain_identifiability,
-    identifiability as identifiability,
-)
+from mjx_inertia.estimators.sysid.levenberg_marquardt import Search as Search, search as search
 from mjx_inertia.estimators.sysid.normal_equations import (
     NormalEquations as NormalEquations,
     equations_at as equations_at,
@@ -24,13 +19,17 @@ from mjx_inertia.estimators.sysid.observation import (
     observe as observe,
     observed as observed,
 )
-from mjx_inertia.estimators.sysid.settings import (
+from mjx_inertia.estimators.sysid.two_stage_fit import (
+    Fit as Fit,
+    Identifiability as Identifiability,
+    explain_identifiability as explain_identifiability,
+    fit as fit,
+    identifiability as identifiability,
+)
+from mjx_inertia.estimators.sysid.unknowns import (
     Belief as Belief,
     Beliefs as Beliefs,
     SysidSettings as SysidSettings,
-)
-from mjx_inertia.estimators.sysid.two_stage_fit import Fit as Fit, fit as fit
-from mjx_inertia.estimators.sysid.unknowns import (
     from_planar_values as from_planar_values,
     planar_values as planar_values,
     to_coordinate as to_coordinate,

@@ -21,9 +21,13 @@ from mjx_inertia.estimators.boosted_trees import BoostedSettings, FittedBoosted,
 from mjx_inertia.estimators.estimate import Estimate, EstimateStatus, Estimator, KeyArray
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED
 from mjx_inertia.estimators.sysid.observation import SysidProblem, observed
-from mjx_inertia.estimators.sysid.settings import SysidSettings
 from mjx_inertia.estimators.sysid.two_stage_fit import Fit, fit
-from mjx_inertia.estimators.sysid.unknowns import bounds, from_planar_values, planar_values
+from mjx_inertia.estimators.sysid.unknowns import (
+    SysidSettings,
+    bounds,
+    from_planar_values,
+    planar_values,
+)
 from mjx_inertia.features import Examples, take_examples
 from mjx_inertia.objects import ObjectModel, prism
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, build_scene

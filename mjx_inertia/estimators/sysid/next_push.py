@@ -19,8 +19,7 @@ from jaxtyping import Float, Int
 
 from mjx_inertia.estimators.sysid.normal_equations import equations_at
 from mjx_inertia.estimators.sysid.observation import SysidProblem, observed
-from mjx_inertia.estimators.sysid.settings import SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import bounds, to_parameters
+from mjx_inertia.estimators.sysid.unknowns import SysidSettings, bounds, to_parameters
 from mjx_inertia.pushing import PushRecord, PushSetup, Scene, StraightMotion, simulate
 from mjx_inertia.pushing.settings import CLEARANCE
 from mjx_inertia.spatial import AnyArray

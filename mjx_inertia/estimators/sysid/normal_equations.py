@@ -19,8 +19,12 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia import runtime
 from mjx_inertia.estimators.sysid.observation import SysidProblem, sample_residual
-from mjx_inertia.estimators.sysid.settings import SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import SensorErrors, beyond_bounds, to_parameters
+from mjx_inertia.estimators.sysid.unknowns import (
+    SensorErrors,
+    SysidSettings,
+    beyond_bounds,
+    to_parameters,
+)
 from mjx_inertia.pushing import PushParameters, Scene
 from mjx_inertia.pushing.rollout import State, initial_state, rollout
 from mjx_inertia.spatial import AnyArray

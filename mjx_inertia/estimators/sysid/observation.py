@@ -15,8 +15,7 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.dataset import SensorNoise
-from mjx_inertia.estimators.sysid.settings import CHANNELS, SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import SensorErrors
+from mjx_inertia.estimators.sysid.unknowns import CHANNELS, SensorErrors, SysidSettings
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, Scene
 from mjx_inertia.pushing.rollout import Sample
 from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
