@@ -12,7 +12,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.pareto import dominates
+from mjx_inertia.search.fronts import dominates
 from mjx_inertia.search.problem import Evaluation
 
 _NEAREST = 0.02  # distances below this share of an even spacing count as it: sums stay exact
