@@ -26,7 +26,7 @@ from mjx_inertia.evaluation.appearance import (
     styled,
 )
 from mjx_inertia.evaluation.errors import HeldOutEstimates, target_errors
-from mjx_inertia.evaluation.tables import format_number
+from mjx_inertia.evaluation.summary import format_number
 
 CONDITIONS = ("friction", "mass", "size", "speed", "contact_offset", "angle")
 CONDITION_LABELS = {

@@ -38,10 +38,10 @@ from mjx_inertia.evaluation.summary import (
     Z_95,
     TargetSummary,
     calibrate,
+    format_number,
     leading_estimator,
     z_scores,
 )
-from mjx_inertia.evaluation.tables import format_number
 
 _Z_LIMIT = 5.0
 _LEVEL_HEIGHT_IN = 1.05
