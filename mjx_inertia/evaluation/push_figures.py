@@ -69,10 +69,7 @@ def sample_signals(
 ) -> Figure:
     """The eight signals of Eq. 3.11 against time, one colour a push; world axes.
 
-    Args:
-      records: pushes with one leading axis.
-      pushes: up to six indices of those to show.
-      labels: a name for each, such as "2 kg, μ 0.4"; their indices if None.
+    `pushes` are up to six indices; `labels` a name for each, such as "2 kg, μ 0.4".
     """
     if not 0 < len(pushes) <= len(SERIES):
         raise ValueError(f"pushes has {len(pushes)} entries; give 1 to {len(SERIES)} indices")
@@ -138,14 +135,8 @@ def fit_signals(
 ) -> FitSignals:
     """Simulates a push where its search began and where it ended.
 
-    Args:
-      scene: of the object, in the precision wanted.
-      records: the measured pushes that were fitted, with a leading axis.
-      setup: what was known of them.
-      fit: what was found.
-      push: which of them is shown.
-      centroid: of the object's outline, object frame, m.
-      settings: of the identification.
+    The scene has the precision that is wanted. Records, setups and fits have a leading axis, and
+    `push` is the row shown; `centroid` is that of the outline, object frame, m.
     """
     record, known = jax.tree.map(lambda x: jnp.asarray(x)[push], (records, setup))
     both = jnp.stack([jnp.asarray(fit.start[push]), jnp.asarray(fit.search.z[push])])
@@ -188,12 +179,8 @@ def draw_fit(
 ) -> Figure:
     """Measured and simulated signals, values with 95 % intervals, correlations and the cost.
 
-    Args:
-      signals: from `fit_signals`.
-      fit: identified pushes.
-      push: which of them is shown.
-      settings: of the identification.
-      truth: true values of unknowns by name, in the units of `Beliefs`, where they are known.
+    `push` is the row of `fit` that `signals` are of. `truth` has true values of unknowns by name,
+    in the units of `Beliefs`, where they are known.
     """
     figure, grid = grid_of_axes(3, 3, 2.45)
     sigma = np.asarray(standard_deviation(jnp.asarray(signals.fitted), settings.noise))

@@ -59,14 +59,9 @@ def bootstrap_mean(
     """Mean of `values` and the percentile interval that resampling of whole groups gives.
 
     Pushes of one object err alike, so objects are drawn and not pushes: an interval over pushes
-    would be too narrow. With a single group there is nothing to draw from, and rows are drawn.
-
-    Args:
-      values: finite numbers.
-      groups: rows with the same number are drawn together.
-      seed: equal seeds and groups draw the same groups, which pairs estimators.
-      resamples: number of draws.
-      level: probability of the interval.
+    would be too narrow. With a single group there is nothing to draw from, and rows are drawn. Rows
+    with the same number in `groups` are drawn together. Equal seeds and groups draw the same
+    groups, which pairs estimators.
     """
     if not values.size:
         return Interval(np.nan, np.nan, np.nan)
@@ -292,11 +287,7 @@ def verdict(
 ) -> str:
     """One sentence on one split: the leading estimator beside the baseline.
 
-    Args:
-      summaries: of one split.
-      phrase: where this holds, such as "on cubes never seen in training".
-      baseline: name of the predict-the-mean estimator.
-      with_baseline: says what the baseline achieves.
+    `phrase` says where it holds, such as "on cubes never seen in training".
     """
     rows = estimator_rows(summaries, baseline)
     leader = leading_estimator(summaries, baseline)

@@ -40,13 +40,8 @@ class Kept(NamedTuple):
 def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array, like: Any) -> str:
     """Tells a search from others: its settings, bounds, costs, parts, key, precision and state.
 
-    What the costs are is not looked at: change the names of the costs where they change.
-
-    Args:
-      problem: searched.
-      search: the method, and the steps at which it is written.
-      key: of the search.
-      like: shapes of its state.
+    What the costs are is not looked at: change the names of the costs where they change. `search`
+    is the method and the steps at which it is written, `like` the shapes of its state.
     """
     method, marks = search
     parts = [(jax.tree_util.keystr(path), x.shape, str(x.dtype))
@@ -149,10 +144,7 @@ def progress(
     """Evaluations made and the hypervolume of the archive at each copy in the history.
 
     With more than five costs the volume is an approximation, see `approximate_hypervolume`.
-
-    Args:
-      result: of one search.
-      reference: worse than what counts in every cost.
+    `reference` is worse than what counts in every cost.
     """
     evaluations, costs = jax.device_get((result.history.evaluations, result.history.costs))
     measure = hypervolume if costs.shape[-1] <= _EXACT else approximate_hypervolume

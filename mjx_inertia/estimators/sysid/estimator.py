@@ -99,12 +99,8 @@ def planar_estimates(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean, covariance and status of fitted bodies, in double precision where that is on.
 
-    Args:
-      found: the fits, one row a body.
-      record: of a push of each body; the CoM counts from its contact point.
-      setup: of that push.
-      centroid: of the outline, object frame, m.
-      settings: of the identification.
+    A row is a body: its fit, and one of its pushes, from whose contact point the CoM counts.
+    `centroid` is that of the outline, object frame, m.
     """
 
     def one(z: Array, setup: PushSetup, point: Array, normal: Array) -> tuple[Array, Array]:

@@ -92,9 +92,7 @@ def levenberg_marquardt_step(
 ) -> LevenbergMarquardtState:
     """One iteration: accepts the point asked for if its cost is lower, and asks for the next.
 
-    Args:
-      progress: of the search.
-      equations: normal equations at `progress.ask`, belief included.
+    `equations` are those at `progress.ask`, belief included.
     """
     static = eqx.filter(_initial(progress.z, equations), eqx.is_array, inverse=True)
     state = eqx.combine(progress.state, static)
@@ -151,13 +149,9 @@ def search(
 ) -> Search:
     """Minimises the cost of each body from one start, all bodies in one batch.
 
-    Bodies that have converged leave the batch. The others then take less time.
-
-    Args:
-      problem: the pushes.
-      z: starts, one for each body.
-      seconds: how much of each push is fitted.
-      report: called after each iteration with a line on how far the search is.
+    Bodies that have converged leave the batch. The others then take less time. `z` are the starts,
+    one for each body; `seconds` of each push are fitted. `report` is called after each iteration
+    with a line on how far the search is.
     """
     settings, body = problem.settings, np.asarray(problem.body)
     n, length = len(np.asarray(z)), np.asarray(problem.observation.length)

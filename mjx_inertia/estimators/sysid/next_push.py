@@ -93,12 +93,8 @@ def straight_pushes(
 ) -> Pushes:
     """Straight pushes of a box whose outline's centre is at the world's origin, axes parallel.
 
-    Args:
-      half_extents: of the box, m.
-      friction_radius: c of its outline under uniform pressure, m.
-      paths: how each push goes; at least one field has an axis.
-      length: of each path, m.
-      tip_radius: m.
+    `half_extents` are those of the box (m), `friction_radius` the c of its outline under uniform
+    pressure (m); `length` is that of each path (m). At least one field of `paths` has an axis.
     """
     face, offset, angle, speed, acceleration = np.broadcast_arrays(
         paths.face, paths.offset, paths.angle, paths.speed, paths.acceleration
@@ -145,14 +141,8 @@ def candidates(
 ) -> Pushes:
     """A grid of pushes of a box within the limits: faces × offsets × angles × speeds.
 
-    Args:
-      limits: of the pusher.
-      half_extents: of the box, m.
-      friction_radius: c of its outline under uniform pressure, m.
-      offsets: contact points on a face, evenly spaced.
-      angles: of the path, evenly spaced (1: along the normal).
-      speeds: evenly spaced logarithms (1: the highest).
-      tip_radius: m.
+    Contact points (`offsets`) and `angles` are evenly spaced, one angle being along the normal;
+    logarithms of `speeds` are, one speed being the highest. The rest is as in `straight_pushes`.
     """
 
     def spread(count: int, most: float) -> np.ndarray:
@@ -185,14 +175,9 @@ def predicted(
 ) -> PushRecord:
     """What would be measured without noise if the unknowns were `z`.
 
-    Args:
-      scene: of the object.
-      z: coordinates of the unknowns at each push.
-      pushes: to simulate.
-      centroid: of the outline, object frame, m.
-      settings: of the identification.
-      samples: that records are padded to (their last one repeated), so that one compiled program
-        serves every set of pushes.
+    `z` are coordinates at each push, `centroid` is that of the outline (object frame, m). Records
+    are padded to `samples`, their last one repeated, so that one compiled program serves every set
+    of pushes.
     """
     with jax.enable_x64(True):
         to = jax.vmap(partial(to_parameters, centroid=jnp.asarray(centroid), settings=settings))

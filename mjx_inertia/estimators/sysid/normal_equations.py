@@ -192,11 +192,7 @@ def equations_at(
 ) -> NormalEquations:
     """Normal equations (beliefs included) of each push at its point, numpy arrays.
 
-    Args:
-      problem: the pushes.
-      z: points.
-      rows: which pushes (default: all); the others' entries are zero.
-      seconds: how much of each push counts.
+    Only `seconds` of each push count. Entries of pushes that are not in `rows` are zero.
     """
     run, sharding, devices = _program(problem.scene, problem.settings)
     n, p = np.shape(z)

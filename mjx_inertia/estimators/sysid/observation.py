@@ -170,11 +170,8 @@ def sample_residual(
 ) -> Float[Array, "9"]:
     """Measured minus simulated signals of sample `k`, in standard deviations.
 
-    Args:
-      o: the observation.
-      k: number of the sample.
-      simulated: the simulated one; its pose starts where the observed one starts.
-      instrument: what the sensor adds to the contact force.
+    The simulated pose starts where the observed one starts; the instrument is what the sensor adds
+    to the contact force.
     """
     late = jnp.clip(k + instrument.force_delay / o.interval, 0.0, o.moment.shape[0] - 1.0)
     low = jnp.minimum(late.astype(jnp.int32), o.moment.shape[0] - 2)

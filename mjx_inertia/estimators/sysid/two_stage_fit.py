@@ -72,10 +72,7 @@ def explain_identifiability(
 ) -> str:
     """One sentence that names what the pushes do not determine; empty if there is nothing.
 
-    Args:
-      result: of one body.
-      names: of the coordinates.
-      pushes: how many of the body there were.
+    `names` are those of the coordinates, `pushes` how many of the body there were.
     """
     untold = np.asarray(result.untold)
     directions = round(float(np.trace(untold)))
@@ -138,11 +135,8 @@ def fit(
 ) -> Fit:
     """Identifies each body from all its pushes.
 
-    Args:
-      problem: the pushes.
-      start: where to begin, coordinates, one for each body.
-      key: of the further starts.
-      report: called after each iteration with a line on how far the search is.
+    `start` are coordinates where the search of each body begins, `key` draws further starts.
+    `report` is called after each iteration with a line on how far the search is.
     """
     settings, body = problem.settings, np.asarray(problem.body)
     measured = body[np.asarray(problem.observation.length) > 0]

@@ -17,7 +17,7 @@ from jaxtyping import Array, Float
 
 from mjx_inertia.dataset import SensorNoise
 from mjx_inertia.pushing import PushParameters, PushSetup, SceneSettings
-from mjx_inertia.spatial import AnyArray
+from mjx_inertia.spatial import AnyArray, planar_rotate
 
 ESTIMATED = (
     "mass", "inertia", "com_x", "com_y", "friction", "tip_friction", "tip_time_constant",
@@ -200,11 +200,7 @@ def to_parameters(
 ) -> tuple[PushParameters, SensorErrors]:
     """What to simulate at a point of the search.
 
-    Args:
-      z: coordinates of the estimated unknowns.
-      setup: of the push.
-      centroid: of the outline, object frame, m.
-      settings: of the identification.
+    `centroid` is that of the outline, object frame, m.
     """
     v = values(z, settings)
     half = jnp.asarray(setup.half_extents)
@@ -243,9 +239,7 @@ def planar_values(
 ) -> Float[Array, "4"]:
     """Mass, I_zz and the CoM from the first contact point, as an `Estimate` states them, SI."""
     parameters, _ = to_parameters(z, setup, centroid, settings)
-    cos, sin = jnp.cos(setup.pose[2]), jnp.sin(setup.pose[2])
-    c = parameters.com
-    offset = jnp.stack([cos * c[0] - sin * c[1], sin * c[0] + cos * c[1]])
+    offset = planar_rotate(jnp.asarray(setup.pose)[2], parameters.com[:2])
     arm = jnp.asarray(setup.pose[:2]) + offset - contact_point
     inward, left = contact_normal, jnp.stack([-contact_normal[1], contact_normal[0]])
     return jnp.stack([parameters.mass, parameters.inertia[2], arm @ inward, arm @ left])
@@ -264,8 +258,7 @@ def from_planar_values(
     half = jnp.asarray(setup.half_extents)
     left = jnp.stack([-contact_normal[1], contact_normal[0]])
     offset = contact_point + mean[2] * contact_normal + mean[3] * left - setup.pose[:2]
-    cos, sin = jnp.cos(setup.pose[2]), jnp.sin(setup.pose[2])
-    com = jnp.stack([cos * offset[0] + sin * offset[1], cos * offset[1] - sin * offset[0]])
+    com = planar_rotate(-jnp.asarray(setup.pose)[2], offset)
     com = jnp.clip((com - centroid) / half[:2], -0.9, 0.9)
     known = {
         "mass": mean[0],
