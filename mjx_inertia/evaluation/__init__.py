@@ -2,10 +2,8 @@
 
 from mjx_inertia.evaluation.appearance import to_data_uri as to_data_uri
 from mjx_inertia.evaluation.condition_figures import (
-    VariationGroup as VariationGroup,
     error_averages as error_averages,
     error_images as error_images,
-    variation_boxes as variation_boxes,
 )
 from mjx_inertia.evaluation.errors import (
     HeldOutEstimates as HeldOutEstimates,
