@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 
 from mjx_inertia import runtime
 from mjx_inertia.estimators.sysid import (
+    SysidProblem,
     SysidSettings,
     equations_at,
     observed,
@@ -89,7 +90,8 @@ def check(lab: Lab, draws: int) -> dict[str, Any]:
     z = np.tile(truth, (len(many), 1))
     observation = observed(lab.measured(z, many, 0, seed=1), settings)
     start = z + 0.05 * np.random.default_rng(2).standard_normal(z.shape)
-    found = search(lab.scene, start, observation, many.setup, np.zeros(2), settings)
+    problem = SysidProblem.of(lab.scene, observation, many.setup, settings)
+    found = search(problem, start)
     combined = np.eye(len(names))
     if "mass" in names and "inertia" in names:  # log I_zz rather than the ratio to a plate
         combined[names.index("inertia")] = target_slopes(settings)[1]
@@ -166,9 +168,8 @@ def sampling(lab: Lab, folder: Path) -> dict[str, float]:
     chosen = np.arange(samples) % keep[:, None] == keep[:, None] - 1
     kept = [exact.replace(weight=exact.weight * c[:, None]) for c in chosen]
     every = np.tile(np.arange(len(pushes)), len(keep))
-    found = equations_at(
-        scene, z[every], joined(kept), rows_of(pushes, every).setup, np.zeros(2), fast
-    )
+    problem = SysidProblem.of(scene, joined(kept), rows_of(pushes, every).setup, fast)
+    found = equations_at(problem, z[every])
     size = deviations(np.asarray(found.hessian) - np.eye(z.shape[1]), fast, EDGE)
     size = size.reshape(len(keep), len(speed), 3)
     rates = ("sampling rate, Hz", 200.0 / keep)

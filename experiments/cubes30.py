@@ -19,15 +19,14 @@ from mjx_inertia.estimators import ESTIMATORS
 from mjx_inertia.evaluation import (
     HeldOutEstimates,
     Section,
-    VariationGroup,
     error_averages,
     error_images,
     relative_error_percent,
-    variation_boxes,
 )
 from mjx_inertia.experiment import experiment, sweep_result
 from mjx_inertia.settings import SweepSettings
 from mjx_inertia.sweep import SweepResult, tabulate
+from parts.variation_figure import VariationGroup, variation_boxes
 
 STEPS = np.array([-0.3, -0.2, -0.1, 0.1, 0.2, 0.3])
 PROPERTIES = ("mass", "size", "friction")  # the order of a cube in the protocol

@@ -46,8 +46,8 @@ from mjx_inertia.grasping import (
     sampled_cost,
 )
 from mjx_inertia.objects import ObjectModel, load_catalogue
-from mjx_inertia.pareto import hypervolume, knee, pareto_set
 from mjx_inertia.robots import Robot, baxter
+from mjx_inertia.search.fronts import hypervolume, knee, pareto_set
 from mjx_inertia.spatial import InertialParameters, Pose
 
 METRICS = ("inverse_manipulability", "effective_mass", "energy")

@@ -31,6 +31,7 @@ from mjx_inertia.dataset import (
 )
 from mjx_inertia.estimators import ESTIMATORS, TARGETS, Estimate, EstimateStatus
 from mjx_inertia.estimators.sysid import (
+    SysidProblem,
     SysidSettings,
     equations_at,
     observed,
@@ -92,7 +93,7 @@ def bounds(
         z = true_coordinates(plan, settings)
         observation = observed(exact, settings)
         setup = known_setup(plan)
-        found = equations_at(scene, z, observation, setup, np.zeros(2), settings)
+        found = equations_at(SysidProblem.of(scene, observation, setup, settings), z)
 
         def values(z: Any, setup: Any, point: Any, normal: Any) -> Any:
             return planar_values(z, setup, jnp.zeros(2), point, normal, settings)

@@ -45,7 +45,6 @@ from scipy.stats import mannwhitneyu
 
 from mjx_inertia import runtime
 from mjx_inertia.experiment import experiment
-from mjx_inertia.pareto import hypervolume, inverted_generational_distance
 from mjx_inertia.search import (
     ArchiveSettings,
     MoeadSettings,
@@ -54,6 +53,7 @@ from mjx_inertia.search import (
     VariationSettings,
     moead,
 )
+from mjx_inertia.search.fronts import hypervolume, inverted_generational_distance
 from parts.benchmark_problems import dtlz, dtlz_front, zdt, zdt_front
 
 SETTINGS = {

@@ -30,7 +30,6 @@ from numpy import ndarray
 
 from mjx_inertia import runtime
 from mjx_inertia.experiment import experiment
-from mjx_inertia.pareto import knee
 from mjx_inertia.search import (
     ArchiveSettings,
     GradientSettings,
@@ -44,6 +43,7 @@ from mjx_inertia.search import (
     progress,
     toward,
 )
+from mjx_inertia.search.fronts import knee
 from mjx_inertia.space import (
     AS_PRINTED,
     BASE_DRIFT,

@@ -32,6 +32,7 @@ from mjx_inertia.dataset import (
     select_pushes,
 )
 from mjx_inertia.estimators.sysid import (
+    SysidProblem,
     SysidSettings,
     fit,
     observed,
@@ -134,9 +135,9 @@ def fit_ours(problem: Problem) -> tuple[PushParameters, float]:
     }
     z = np.asarray(to_coordinates(values, settings))
     setup = known_setup(problem.plan)
-    known = observed(record_of(problem), settings), setup, np.zeros(2), settings
+    pushes = SysidProblem.of(scene, observed(record_of(problem), settings), setup, settings)
     begin = time.perf_counter()
-    found = fit(scene, z, *known, key=jax.random.key(0))
+    found = fit(pushes, z, key=jax.random.key(0))
     seconds = time.perf_counter() - begin
     to = jax.vmap(lambda z, s: to_parameters(z, s, np.zeros(2), settings)[0])
     return to(found.search.z, setup), seconds

@@ -40,7 +40,14 @@ from mjx_inertia.estimators import (
     TwoFingerLeastSquares,
     estimate_two_finger,
 )
-from mjx_inertia.estimators.sysid import Fit, SysidSettings, fit, observed, to_parameters
+from mjx_inertia.estimators.sysid import (
+    Fit,
+    SysidProblem,
+    SysidSettings,
+    fit,
+    observed,
+    to_parameters,
+)
 from mjx_inertia.evaluation import percent_difference
 from mjx_inertia.evaluation.appearance import DARK, SERIES, TARGET_AXES, grid_of_axes, styled
 from mjx_inertia.experiment import experiment
@@ -258,9 +265,8 @@ def identified(cases: Sequence[Case], batch: PushBatch, data: SimulatedSettings)
             seen = observed(records, options)
             start = np.zeros((count, len(options.estimated)))
             model = build_scene(cases[0].model, scene)
-            found = fit(
-                model, start, seen, setup, np.zeros(2), options, key=jax.random.key(0), body=body
-            )
+            problem = SysidProblem.of(model, seen, setup, options, body=body)
+            found = fit(problem, start, key=jax.random.key(0))
             answers.append(_told(label, found, setup, body, options))
     return answers
 

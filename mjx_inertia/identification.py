@@ -24,6 +24,7 @@ from mjx_inertia.estimators import TARGETS, EstimateStatus
 from mjx_inertia.estimators.force_driven import ForceDrivenSettings, Instrument, load_instrument
 from mjx_inertia.estimators.sysid import (
     Fit,
+    SysidProblem,
     SysidSettings,
     explain_identifiability,
     fit,
@@ -94,7 +95,8 @@ class IdentifiedBody:
             lines.append(_FAILURES[self.status])
         if self.fit is not None:
             known = jax.tree.map(lambda x: x[0], self.fit.known)
-            if why := explain_identifiability(known, self.settings.estimated):
+            used = sum(status == PushStatus.OK for status in self.push_status)
+            if why := explain_identifiability(known, self.settings.estimated, pushes=used):
                 lines.append(f"{why[0].upper()}{why[1:]}.")
         return "\n".join(lines)
 
@@ -210,16 +212,10 @@ def identify_simulated(
         if not used.any():
             return none
         # the least-squares fit of all pushes as those of one body
-        found = fit(
-            shared_scene(settings.scene),
-            np.zeros((1, len(settings.estimated))),
-            observation,
-            setup,
-            _ORIGIN,
-            settings,
-            key=jax.random.key(seed),
-            body=np.zeros(len(pushes), int),
-        )
+        scene, body = shared_scene(settings.scene), np.zeros(len(pushes), int)
+        problem = SysidProblem.of(scene, observation, setup, settings, body=body)
+        start = np.zeros((1, len(settings.estimated)))
+        found = fit(problem, start, key=jax.random.key(seed))
         # mass, I_zz and the CoM from the first contact, and how much of them is the prior's
         first = _rows((record, setup), int(np.argmax(used)))
         (mean,), (covariance,), (code,) = planar_estimates(found, *first, _ORIGIN, settings)

@@ -13,7 +13,13 @@ from jaxtyping import Bool, Float
 
 from mjx_inertia.dataset import add_noise
 from mjx_inertia.dataset.plan import SQUARE_FRICTION_RADIUS
-from mjx_inertia.estimators.sysid import SysidSettings, fit, observed, to_coordinates
+from mjx_inertia.estimators.sysid import (
+    SysidProblem,
+    SysidSettings,
+    fit,
+    observed,
+    to_coordinates,
+)
 from mjx_inertia.estimators.sysid.next_push import (
     PusherLimits,
     Pushes,
@@ -121,10 +127,9 @@ def estimated(lab: Lab, c: Campaign, active: np.ndarray, number: int) -> np.ndar
     """Updates estimate and information of the active sequences; returns which of them fit."""
     rows = np.flatnonzero(np.isin(c.group, active))
     observation, pushes = rows_of(joined(c.observation), rows), rows_of(joined(c.pushes), rows)
-    found = fit(
-        lab.scene, c.z[active], observation, pushes.setup, np.zeros(2), lab.settings,
-        key=jax.random.key(number), body=np.searchsorted(active, c.group[rows]),
-    )  # fmt: skip
+    body = np.searchsorted(active, c.group[rows])
+    problem = SysidProblem.of(lab.scene, observation, pushes.setup, lab.settings, body=body)
+    found = fit(problem, c.z[active], key=jax.random.key(number))
     c.z[active], c.known[active] = found.search.z, found.search.hessian
     return np.asarray(found.fits)
 

@@ -10,7 +10,6 @@ from mjx_inertia.estimators.limit_surface_estimator import (
     WrenchTwistGuess as WrenchTwistGuess,
     com_from_wrench_twist as com_from_wrench_twist,
 )
-from mjx_inertia.estimators.mean_estimator import MeanSettings as MeanSettings
 from mjx_inertia.estimators.mlp_estimator import MlpSettings as MlpSettings
 from mjx_inertia.estimators.newton import (
     NewtonSettings as NewtonSettings,
@@ -18,12 +17,13 @@ from mjx_inertia.estimators.newton import (
     predict_newton as predict_newton,
 )
 from mjx_inertia.estimators.random_forest import forest_tree as forest_tree
-from mjx_inertia.estimators.registry import ESTIMATORS as ESTIMATORS
-from mjx_inertia.estimators.store import (
+from mjx_inertia.estimators.registry import (
+    ESTIMATORS as ESTIMATORS,
     STORED_TYPES as STORED_TYPES,
     load_fitted as load_fitted,
     save_fitted as save_fitted,
 )
+from mjx_inertia.estimators.training import MeanSettings as MeanSettings
 from mjx_inertia.estimators.trees import TreeNode as TreeNode
 from mjx_inertia.estimators.two_finger import (
     TwoFingerLeastSquares as TwoFingerLeastSquares,

@@ -24,6 +24,7 @@ from jax.scipy.linalg import solve_triangular
 from jaxtyping import Array, Bool, Float, Int
 
 from mjx_inertia.pushing import PushRecord, PushStatus
+from mjx_inertia.spatial import planar_rotate
 
 
 @dataclass(frozen=True)
@@ -93,13 +94,9 @@ def force_balance(
 ) -> BalanceFit:
     """Least squares of the balance of forces over the sliding part of one push.
 
-    The moment balance is left out: it would need c, CoM and contact point to a few mm.
-
-    Args:
-      record: of one push, `settings.rate` samples a second.
-      com: in the object frame, m: an input; 5 mm off can add 2 % to the error.
-      friction_radius: c = m_max / f_max of the outline, m.
-      settings: filter and choice of samples.
+    The moment balance is left out: it would need c, CoM and contact point to a few mm. The record
+    has `settings.rate` samples a second. `com` (object frame, m) is an input; 5 mm off can add 2 %
+    to the error. `friction_radius` is c = m_max / f_max of the outline, m.
     """
     motion = _motion(record, com, settings)
     size = jnp.hypot(jnp.linalg.norm(motion.velocity, axis=1), friction_radius * motion.turning)
@@ -151,8 +148,7 @@ def _motion(record: PushRecord, com: Float[Array, "2"], settings: BalanceSetting
     velocity = rate(pose)
     acceleration = rate(velocity)
     turning, spin_up = velocity[:, 2], acceleration[:, 2]
-    cos, sin = jnp.cos(pose[:, 2]), jnp.sin(pose[:, 2])
-    to_com = jnp.stack([cos * com[0] - sin * com[1], sin * com[0] + cos * com[1]], axis=1)
+    to_com = planar_rotate(pose[:, 2], com)
 
     def accelerated(arm: Float[Array, "t 2"]) -> Float[Array, "t 2"]:
         square = turning[:, None] ** 2

@@ -20,7 +20,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float
 
 from mjx_inertia.estimators.estimate import Estimate, Estimator, answer, usable_rows
-from mjx_inertia.estimators.mean_estimator import FittedMean, fit_mean
+from mjx_inertia.estimators.training import FittedMean, fit_mean
 from mjx_inertia.features import Examples, FeatureSettings
 from mjx_inertia.features.signals import Signals, signals
 from mjx_inertia.pushing import PushRecord
@@ -255,10 +255,7 @@ def limit_surface_fit(
 ) -> WrenchTwistFit:
     """What one push tells by the quasi-static laws; the CoM from its first contact point.
 
-    Args:
-      record: of one push.
-      com_guess: the CoM where the push tells nothing, m.
-      settings: of the estimator.
+    `com_guess` (m) is the CoM where the push tells nothing.
     """
     push = signals(record, FeatureSettings(reference="contact"))
     guess = WrenchTwistGuess(com_guess, settings.com_reach, settings.radius, settings.radius_factor)

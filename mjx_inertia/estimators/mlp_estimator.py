@@ -15,16 +15,18 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from mjx_inertia.estimators.estimate import Estimate, Estimator, KeyArray, answer, usable_rows
-from mjx_inertia.estimators.mlp_network import (
+from mjx_inertia.estimators.mlp_training import (
     InputScale,
     Shape,
+    TrainingRows,
+    TrainingSettings,
     Weights,
     apply_network,
     covariance_of,
     input_scale,
     inputs_of,
+    train_network,
 )
-from mjx_inertia.estimators.mlp_training import TrainingRows, TrainingSettings, train_network
 from mjx_inertia.estimators.training import (
     TargetScale,
     held_out,

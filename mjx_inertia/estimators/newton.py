@@ -99,12 +99,8 @@ def fit_newton(
 ) -> FittedNewton:
     """Calibrates the instrument on pushes of objects of known mass.
 
-    Args:
-      records: at the rate of the settings.
-      com: of each push's object, object frame, m.
-      friction_radius: of each push's object, m.
-      truth: of each push.
-      settings: of the method.
+    Records have the rate of the settings; `com` (object frame, m) and `friction_radius` (m) are
+    those of each push's object.
 
     Raises:
       ValueError: fewer than two pushes tell anything, or records of another rate.
@@ -158,15 +154,8 @@ def predict_newton(
 ) -> Estimate:
     """The mass that each push tells; for I_zz and CoM the training mean with infinite variance.
 
-    A push that slides too little to tell the mass answers the training mean, with infinite
-    variance too.
-
-    Args:
-      fitted: the instrument.
-      records: at the rate of the settings.
-      com: of each push's object, object frame, m.
-      friction_radius: of each push's object, m.
-      settings: that it was fitted with.
+    A push that slides too little to tell the mass answers the training mean, with infinite variance
+    too. The arguments are those of `fit_newton`.
 
     Raises:
       ValueError: records of another rate.

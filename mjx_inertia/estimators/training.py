@@ -1,4 +1,4 @@
-"""What learners share before they learn: the rows they may see, target scales, rows held out.
+"""What learners share: the rows they may see, target scales, rows held out. `mean` learns least.
 
 In: `Examples`. Out: `TrainingTable` on the host, since the libraries that train live there.
 """
@@ -11,7 +11,14 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.estimators.estimate import KeyArray, targets_of, usable_rows
+from mjx_inertia.estimators.estimate import (
+    Estimate,
+    Estimator,
+    KeyArray,
+    answer,
+    targets_of,
+    usable_rows,
+)
 from mjx_inertia.features import Examples, columns_of_set, select_columns
 
 MIN_ROWS = 10
@@ -117,3 +124,39 @@ def held_out(targets: np.ndarray, fraction: float, seed: int) -> np.ndarray:
     number = objects.max() + 1
     chosen = generator.permutation(number)[: max(1, round(fraction * number))]
     return np.isin(objects, chosen)
+
+
+@dataclass(frozen=True)
+class MeanSettings:
+    """Nothing to set."""
+
+
+@struct.dataclass
+class FittedMean:
+    """Mean (mass, I_zz, com_x, com_y) of the training targets and their covariance, SI units."""
+
+    mean: Float[Array, "4"]
+    covariance: Float[Array, "4 4"]
+
+
+def fit_mean(examples: Examples, *, key: KeyArray) -> FittedMean:
+    """Mean and covariance of the targets of usable rows; `key` is not used."""
+    del key
+    targets = training_table(examples, None).targets
+    return FittedMean(jnp.asarray(targets.mean(axis=0)), jnp.asarray(np.cov(targets.T)))
+
+
+def predict_mean(fitted: FittedMean, examples: Examples) -> Estimate:
+    """The same answer for every usable push; features and columns are not read."""
+    usable = usable_rows(examples)
+    return answer(
+        jnp.broadcast_to(fitted.mean, (usable.size, 4)),
+        jnp.broadcast_to(fitted.covariance, (usable.size, 4, 4)),
+        usable,
+    )
+
+
+def mean(settings: MeanSettings = MeanSettings()) -> Estimator:
+    """The estimator that predicts the training mean."""
+    del settings
+    return Estimator("mean", fit_mean, predict_mean)

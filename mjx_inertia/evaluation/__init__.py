@@ -2,10 +2,8 @@
 
 from mjx_inertia.evaluation.appearance import to_data_uri as to_data_uri
 from mjx_inertia.evaluation.condition_figures import (
-    VariationGroup as VariationGroup,
     error_averages as error_averages,
     error_images as error_images,
-    variation_boxes as variation_boxes,
 )
 from mjx_inertia.evaluation.errors import (
     HeldOutEstimates as HeldOutEstimates,
@@ -18,17 +16,15 @@ from mjx_inertia.evaluation.push_figures import (
     sample_signals as sample_signals,
 )
 from mjx_inertia.evaluation.report import (
+    Published as Published,
     ReportContent as ReportContent,
     SplitText as SplitText,
     write_report as write_report,
 )
 from mjx_inertia.evaluation.report_figures import Section as Section, draw_tree as draw_tree
-from mjx_inertia.evaluation.report_tables import Published as Published
 from mjx_inertia.evaluation.summary import (
     TargetSummary as TargetSummary,
-    summarize_all as summarize_all,
-)
-from mjx_inertia.evaluation.tables import (
     format_table as format_table,
+    summarize_all as summarize_all,
     write_results as write_results,
 )

@@ -1,7 +1,7 @@
 """Where errors come from: friction, mass, object, contact point, size; as rows and as figures.
 
 In: `HeldOutEstimates`. Out: one `BreakdownRow` per level of a condition; figures. Thesis
-Figs 3.5, 3.6, 3.7 and 3.14.
+Figs 3.5, 3.6 and 3.14.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,6 @@ from mjx_inertia.estimators import TARGETS
 from mjx_inertia.evaluation.appearance import (
     BLUE,
     GREY,
-    ORANGE,
     RED,
     TARGET_AXES,
     grid_of_axes,
@@ -26,7 +25,7 @@ from mjx_inertia.evaluation.appearance import (
     styled,
 )
 from mjx_inertia.evaluation.errors import HeldOutEstimates, target_errors
-from mjx_inertia.evaluation.tables import format_number
+from mjx_inertia.evaluation.summary import format_number
 
 CONDITIONS = ("friction", "mass", "size", "speed", "contact_offset", "angle")
 CONDITION_LABELS = {
@@ -127,15 +126,6 @@ def condition_levels(values: Float[np.ndarray, " n"]) -> tuple[Level, ...]:
         for i in range(_MAX_LEVELS)
         if (known & (bins == i)).any()
     )
-
-
-@dataclass(frozen=True)
-class VariationGroup:
-    """Relative errors (Eq. 3.5) of the cubes in which one property was varied."""
-
-    name: str  # what was varied, such as "size ±30 %"
-    mass_error_percent: Float[np.ndarray, " n"]  # one value a cube
-    inertia_error_percent: Float[np.ndarray, " n"]  # one value a cube
 
 
 @styled()
@@ -241,37 +231,6 @@ def error_averages(evaluation: HeldOutEstimates) -> Figure:
         axes.set_ylim(bottom=0)
     low, high = by_object.get_ylim()
     by_object.set_ylim(low, 1.12 * high)
-    return figure
-
-
-@styled()
-def variation_boxes(groups: Sequence[VariationGroup]) -> Figure:
-    """Box plots of mass and I_zz errors of cubes varied around a nominal one. Thesis Fig. 3.7."""
-    figure, grid = grid_of_axes(1, 2, 3.0)
-    names = [group.name for group in groups]
-    for axes, target in zip(grid[0], ("mass", "inertia"), strict=True):
-        for place, group in enumerate(groups, start=1):
-            values = getattr(group, f"{target}_error_percent")
-            values = values[np.isfinite(values)]
-            axes.boxplot(
-                [values],
-                positions=[place],
-                widths=0.5,
-                showfliers=False,
-                patch_artist=True,
-                boxprops={"facecolor": "#D6E6F2", "edgecolor": BLUE},
-                medianprops={"color": RED, "linewidth": 2},
-                whiskerprops={"color": BLUE},
-                capprops={"color": BLUE},
-            )
-            spread = place + np.linspace(-0.12, 0.12, values.size)
-            axes.plot(spread, values, "o", color=ORANGE, markersize=4, alpha=0.9)
-        axes.set_xticks(np.arange(1, len(names) + 1), names)
-        axes.grid(True, axis="y")
-        axes.set_ylim(bottom=0)
-        axes.set_title(TARGET_AXES[target].symbol)
-        axes.set_xlabel("varied, others nominal")
-    grid[0, 0].set_ylabel("|error|, % of the truth")
     return figure
 
 

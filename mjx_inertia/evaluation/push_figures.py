@@ -69,10 +69,7 @@ def sample_signals(
 ) -> Figure:
     """The eight signals of Eq. 3.11 against time, one colour a push; world axes.
 
-    Args:
-      records: pushes with one leading axis.
-      pushes: up to six indices of those to show.
-      labels: a name for each, such as "2 kg, μ 0.4"; their indices if None.
+    `pushes` are up to six indices; `labels` a name for each, such as "2 kg, μ 0.4".
     """
     if not 0 < len(pushes) <= len(SERIES):
         raise ValueError(f"pushes has {len(pushes)} entries; give 1 to {len(SERIES)} indices")
@@ -138,14 +135,8 @@ def fit_signals(
 ) -> FitSignals:
     """Simulates a push where its search began and where it ended.
 
-    Args:
-      scene: of the object, in the precision wanted.
-      records: the measured pushes that were fitted, with a leading axis.
-      setup: what was known of them.
-      fit: what was found.
-      push: which of them is shown.
-      centroid: of the object's outline, object frame, m.
-      settings: of the identification.
+    The scene has the precision that is wanted. Records, setups and fits have a leading axis, and
+    `push` is the row shown; `centroid` is that of the outline, object frame, m.
     """
     record, known = jax.tree.map(lambda x: jnp.asarray(x)[push], (records, setup))
     both = jnp.stack([jnp.asarray(fit.start[push]), jnp.asarray(fit.search.z[push])])
@@ -188,12 +179,8 @@ def draw_fit(
 ) -> Figure:
     """Measured and simulated signals, values with 95 % intervals, correlations and the cost.
 
-    Args:
-      signals: from `fit_signals`.
-      fit: identified pushes.
-      push: which of them is shown.
-      settings: of the identification.
-      truth: true values of unknowns by name, in the units of `Beliefs`, where they are known.
+    `push` is the row of `fit` that `signals` are of. `truth` has true values of unknowns by name,
+    in the units of `Beliefs`, where they are known.
     """
     figure, grid = grid_of_axes(3, 3, 2.45)
     sigma = np.asarray(standard_deviation(jnp.asarray(signals.fitted), settings.noise))
@@ -204,9 +191,10 @@ def draw_fit(
         axes.set_xlabel("time, s")
     handles, texts = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside upper right", ncols=len(texts))
-    _draw_values(grid[2, 0], fit, push, settings, truth or {})
-    _draw_correlations(grid[2, 1], fit, push, settings)
-    _draw_cost(grid[2, 2], fit, push)
+    shown = jax.tree.map(lambda x: x[push], fit)
+    _draw_values(grid[2, 0], shown, settings, truth or {})
+    _draw_correlations(grid[2, 1], shown, settings)
+    _draw_cost(grid[2, 2], shown)
     return figure
 
 
@@ -231,11 +219,11 @@ def _draw_signal(
     axes.grid(True)
 
 
-def _intervals(fit: Fit, push: int, settings: SysidSettings) -> Float[np.ndarray, "p 3"]:
+def _intervals(fit: Fit, settings: SysidSettings) -> Float[np.ndarray, "p 3"]:
     """Lower end, estimate and upper end of each unknown, in its unit."""
-    z = np.asarray(fit.search.z[push])
-    variance = np.diagonal(np.asarray(fit.known.covariance[push]))
-    misfit = float(fit.misfit[push])
+    z = np.asarray(fit.search.z)
+    variance = np.diagonal(np.asarray(fit.known.covariance))
+    misfit = float(fit.misfit)
     deviation = np.sqrt(variance * (misfit if 1.0 < misfit < np.inf else 1.0))
     ends = z[:, None] + Z_95 * deviation[:, None] * np.array([-1.0, 0.0, 1.0])
     rows = [
@@ -245,12 +233,10 @@ def _intervals(fit: Fit, push: int, settings: SysidSettings) -> Float[np.ndarray
     return np.stack([np.asarray(row) for row in rows])
 
 
-def _draw_values(
-    axes: Axes, fit: Fit, push: int, settings: SysidSettings, truth: Mapping[str, float]
-) -> None:
+def _draw_values(axes: Axes, fit: Fit, settings: SysidSettings, truth: Mapping[str, float]) -> None:
     rows = []
     for name, (low, middle, high) in zip(
-        settings.estimated, _intervals(fit, push, settings), strict=True
+        settings.estimated, _intervals(fit, settings), strict=True
     ):
         word, unit = _UNKNOWNS[name]
         # two digits of the interval, as many decimals everywhere in the row
@@ -274,11 +260,11 @@ def _draw_values(
         cell.set_edgecolor("#E6E8EB")
         cell.PAD = 0.02
     axes.set_axis_off()
-    axes.set_title(f"found, misfit {float(fit.misfit[push]):.2f}")
+    axes.set_title(f"found, misfit {float(fit.misfit):.2f}")
 
 
-def _draw_correlations(axes: Axes, fit: Fit, push: int, settings: SysidSettings) -> None:
-    covariance = np.asarray(fit.known.covariance[push])
+def _draw_correlations(axes: Axes, fit: Fit, settings: SysidSettings) -> None:
+    covariance = np.asarray(fit.known.covariance)
     deviation = np.sqrt(np.diagonal(covariance))
     correlation = covariance / np.outer(deviation, deviation)
     image = axes.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
@@ -295,10 +281,10 @@ def _draw_correlations(axes: Axes, fit: Fit, push: int, settings: SysidSettings)
     axes.set_title("correlation of errors")
 
 
-def _draw_cost(axes: Axes, fit: Fit, push: int) -> None:
-    trace = np.asarray(fit.search.trace[push])
+def _draw_cost(axes: Axes, fit: Fit) -> None:
+    trace = np.asarray(fit.search.trace)
     trace = trace[np.isfinite(trace) & (trace > 0)]
-    used = min(len(trace), max(1, int(fit.search.iterations[push])))
+    used = min(len(trace), max(1, int(fit.search.iterations)))
     axes.plot(np.arange(1, used + 1), trace[:used], "o-", color=RED, markersize=3)
     if trace.size and trace[0] > 10 * trace[used - 1]:
         axes.set_yscale("log")
@@ -306,5 +292,5 @@ def _draw_cost(axes: Axes, fit: Fit, push: int) -> None:
     axes.set_xlabel("iteration")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(True, color=GREY, alpha=0.25)
-    told = float(fit.known.told[push])
+    told = float(fit.known.told)
     note(axes, f"weakest direction: {100 * told:.0f} %\ntold by the push", x=0.96)

@@ -38,10 +38,10 @@ from mjx_inertia.evaluation.summary import (
     Z_95,
     TargetSummary,
     calibrate,
+    format_number,
     leading_estimator,
     z_scores,
 )
-from mjx_inertia.evaluation.tables import format_number
 
 _Z_LIMIT = 5.0
 _LEVEL_HEIGHT_IN = 1.05
@@ -146,10 +146,8 @@ def draw_tree(
 ) -> Figure:
     """The first levels of a tree; a branch that is cut ends in an ellipsis.
 
-    Args:
-      nodes: the tree.
-      value_labels: one text a target, such as "m {:.2f} kg"; the number is put in by `str.format`.
-      max_depth: levels below the root that are drawn.
+    `value_labels` has one text a target, such as "m {:.2f} kg", in which `str.format` puts the
+    number; `max_depth` levels below the root are drawn.
     """
     _check(nodes)
     place = _arrange(nodes, max_depth)

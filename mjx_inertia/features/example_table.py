@@ -110,14 +110,8 @@ def select_columns(examples: Examples, columns: tuple[str, ...]) -> Float[Array,
 
 
 def feature_names(feature_set: str, settings: FeatureSettings = DEFAULT) -> tuple[str, ...]:
-    """The columns of a feature set, in the order of `extract`."""
+    """The columns of a feature set, in their order."""
     return feature_set_of(feature_set).names(settings)
-
-
-def _rows(
-    records: PushRecord, feature_set: str, settings: FeatureSettings
-) -> tuple[Float[Array, "n d"], Bool[Array, " n"]]:
-    return _rows_of_length(with_few_lengths(records), feature_set, settings)
 
 
 @partial(jax.jit, static_argnames=("feature_set", "settings"))
@@ -145,14 +139,6 @@ def _rows_of_length(
     return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:count], found)
 
 
-def extract(
-    records: PushRecord, feature_set: str, settings: FeatureSettings = DEFAULT
-) -> Float[Array, "n d"]:
-    """Features of each push of a batch; zeros where a push is not `OK` or too short."""
-    feature_set_of(feature_set)
-    return _rows(records, feature_set, settings)[0]
-
-
 def examples(
     pushes: PushBatch | PushRecord,
     feature_set: str,
@@ -163,21 +149,14 @@ def examples(
 ) -> Examples:
     """Pushes as rows, with truth if they are a `PushBatch`.
 
-    Args:
-      pushes: the records, or a batch of them.
-      feature_set: a name in `FEATURE_SETS`.
-      settings: how features are taken.
-      keep_records: keep the signals (and the setup) beside the features, for estimators that need
-        them; 35 kB a push.
-      shapes: outlines that the setup refers to.
-
     A push that is `OK` but has fewer than three samples in contact becomes `LOST_CONTACT`: its
-    zeros must not pass for measurements.
+    zeros must not pass for measurements. `keep_records` keeps signals and setups (35 kB a push),
+    for estimators that need them; `shapes` are the outlines that the setups refer to.
     """
     columns = feature_names(feature_set, settings)
     batch = pushes if isinstance(pushes, PushBatch) else None
     records = pushes.records if isinstance(pushes, PushBatch) else pushes
-    features, usable = _rows(records, feature_set, settings)
+    features, usable = _rows_of_length(with_few_lengths(records), feature_set, settings)
     status = jnp.asarray(records.status)
     lost = jnp.asarray(PushStatus.LOST_CONTACT, status.dtype)
     return Examples(

@@ -26,8 +26,8 @@ from mjx_inertia.grasping.metrics import METRICS, AlongPath, signals_along_path
 from mjx_inertia.grasping.motion import GraspMotion, GraspStatus, motion_status, plan_motion
 from mjx_inertia.grasping.task_path import ObjectPath
 from mjx_inertia.grasping.wrench_space import payload_epsilon
-from mjx_inertia.pareto import pareto_set
 from mjx_inertia.robots import Robot, over_states, with_payload
+from mjx_inertia.search.fronts import pareto_set
 from mjx_inertia.spatial import Consistency, InertialParameters, Pose, check_consistency
 
 FORCE = "gripping_force"

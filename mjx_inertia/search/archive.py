@@ -12,7 +12,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.pareto import dominates
+from mjx_inertia.search.fronts import dominates
 from mjx_inertia.search.problem import Evaluation
 
 _NEAREST = 0.02  # distances below this share of an even spacing count as it: sums stay exact
@@ -111,12 +111,7 @@ def truncated(
     As long as there are too many, the row with the greatest Riesz energy, the sum of 1 / distance^s
     to all others, is left out (Falcón-Cardona, Ishibuchi and Coello 2020, "Riesz s-energy-based
     reference sets for multi-objective optimization", IEEE CEC). Costs are divided by their range.
-
-    Args:
-      costs: of all.
-      rows: which to choose from.
-      capacity: how many may stay.
-      directions: rows that are the best of those nearest to a direction go last, where given.
+    Rows that are the best of those nearest to one of `directions` go last.
     """
 
     def thin() -> Bool[Array, " n"]:

@@ -52,12 +52,9 @@ def two_layer_lattice(costs: int, outer: int, inner: int) -> Float[ndarray, "n k
     """A lattice and, halfway to the centre, a second one.
 
     With many costs an affordable lattice has all its weights on the border of the simplex; the
-    inner layer has some within (Deb and Jain 2014, NSGA-III, IEEE TEC 18(4), Sec. IV.B).
-
-    Args:
-      costs: k.
-      outer: divisions of the lattice over the whole simplex.
-      inner: divisions of the one of half its size.
+    inner layer has some within (Deb and Jain 2014, NSGA-III, IEEE TEC 18(4), Sec. IV.B). `outer`
+    are the divisions of the lattice over the whole simplex, `inner` those of the one of half its
+    size.
     """
     half = 0.5 * simplex_lattice(costs, inner) + 0.5 / costs
     return np.concatenate([simplex_lattice(costs, outer), half])

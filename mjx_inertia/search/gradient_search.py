@@ -96,15 +96,10 @@ def smooth_tchebycheff(
 ) -> Float[Array, ""]:
     """μ log Σ exp(λ_i z_i / μ), z = (costs - ideal) / scale: the greatest λ_i z_i made smooth.
 
-    Lin, Zhang, Yang, Liu, Wang and Zhang 2024, "Smooth Tchebycheff scalarization for
-    multi-objective optimization", ICML. λ_i is the greatest weight over w_i, so that as in
-    `tchebycheff` the weight is the direction in which the search ends.
-
-    Args:
-      costs: of one decision.
-      weight: the direction.
-      scaling: ideal point and scale.
-      smoothing: μ; the value is above the greatest by at most μ log k.
+    Lin, Zhang, Yang, Liu, Wang and Zhang 2024, "Smooth Tchebycheff scalarization for multi-
+    objective optimization", ICML. λ_i is the greatest weight over w_i, so that as in `tchebycheff`
+    the weight is the direction in which the search ends. `scaling` is the ideal point and the
+    scale, `smoothing` is μ; the value is above the greatest by at most μ log k.
     """
     ideal, span = scaling
     w = jnp.maximum(weight, _LEAST_WEIGHT)

@@ -1,14 +1,16 @@
 """Runs any search: one compiled program, or parts of it that are kept on disk and told about.
 
 In: a method with a start and a step. Out: its archive, with copies made along the way, which give
-the hypervolume against the number of evaluations.
+the hypervolume against the number of evaluations. What was interrupted goes on bit for bit from its
+checkpoint.
 """
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
@@ -17,12 +19,88 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 from numpy import ndarray
 
-from mjx_inertia.pareto import approximate_hypervolume, hypervolume
+from mjx_inertia.files import read_arrays, write_arrays
 from mjx_inertia.search.archive import Archive
-from mjx_inertia.search.checkpoint import Kept, fingerprint, read_checkpoint, write_checkpoint
+from mjx_inertia.search.fronts import approximate_hypervolume, hypervolume
 from mjx_inertia.search.problem import Problem
 
 _EXACT = 5  # costs, at most: beyond, the exact volume of 100 rows takes minutes
+_FORMAT = 2  # of what a step of the same search does; raised when that changes
+
+
+class Kept(NamedTuple):
+    """A search under way and what is in its history."""
+
+    state: Any  # of the search; arrays and keys
+    evaluations: Int[ndarray, " s"]  # made at each mark, so far
+    costs: Float[ndarray, "s m k"]  # of the archive at each mark, so far
+    done: int  # marks passed
+
+
+def fingerprint(problem: Problem, search: tuple[Any, list[int]], key: Array, like: Any) -> str:
+    """Tells a search from others: its settings, bounds, costs, parts, key, precision and state.
+
+    What the costs are is not looked at: change the names of the costs where they change. `search`
+    is the method and the steps at which it is written, `like` the shapes of its state.
+    """
+    method, marks = search
+    parts = [(jax.tree_util.keystr(path), x.shape, str(x.dtype))
+             for path, x in jax.tree_util.tree_leaves_with_path(like)]  # fmt: skip
+    box = (np.asarray(problem.lower, float).tolist(), np.asarray(problem.upper, float).tolist())
+    precision = str(jnp.asarray(problem.lower).dtype)
+    named = (type(method).__name__, repr(method.settings), problem.cost_names, box, precision)
+    draw = np.asarray(_plain(key)).tolist()
+    text = repr((_FORMAT, *named, marks, draw, parts))
+    return f"{type(method).__name__} {hashlib.sha256(text.encode()).hexdigest()}"
+
+
+def write_checkpoint(path: Path, mine: str, kept: Kept) -> None:
+    """Writes a search; an interrupted write leaves what was there before."""
+    leaves = jax.tree.leaves(kept.state)
+    arrays = {f"leaf_{i}": np.asarray(_plain(leaf)) for i, leaf in enumerate(leaves)}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    arrays |= {
+        "fingerprint": np.array(mine),
+        "evaluations": kept.evaluations,
+        "costs": kept.costs,
+        "done": np.array(kept.done),
+    }
+    write_arrays(path, arrays)
+
+
+def read_checkpoint(path: Path, mine: str, like: Any, key: Array) -> Kept:
+    """The search on disk.
+
+    Raises:
+      ValueError: the file is damaged, of another kind or of another search.
+    """
+    shapes, structure = jax.tree.flatten(like)
+    remedy = "; delete it or name another"
+    with read_arrays(path, "the checkpoint of a search", remedy) as arrays:
+        found = str(arrays["fingerprint"])
+        if found == mine:
+            leaves = [_as(arrays[f"leaf_{i}"], shape, key) for i, shape in enumerate(shapes)]
+            state = jax.tree.unflatten(structure, leaves)
+            return Kept(state, arrays["evaluations"], arrays["costs"], int(arrays["done"]))
+    raise ValueError(
+        f"{path}: expected a checkpoint of this search ({mine[:24]}…), found one of another "
+        f"({found[:24]}…): its settings, bounds, costs, steps, key or precision differ; go on "
+        "with the same or name another file"
+    )
+
+
+def _is_key(leaf: Any) -> bool:
+    return jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+def _plain(leaf: Array) -> Array:
+    return jax.random.key_data(leaf) if _is_key(leaf) else leaf
+
+
+def _as(array: np.ndarray, shape: Any, key: Array) -> Array:
+    if _is_key(shape):
+        return jax.random.wrap_key_data(jnp.asarray(array), impl=jax.random.key_impl(key))
+    return jnp.asarray(array)
 
 
 @struct.dataclass
@@ -66,10 +144,7 @@ def progress(
     """Evaluations made and the hypervolume of the archive at each copy in the history.
 
     With more than five costs the volume is an approximation, see `approximate_hypervolume`.
-
-    Args:
-      result: of one search.
-      reference: worse than what counts in every cost.
+    `reference` is worse than what counts in every cost.
     """
     evaluations, costs = jax.device_get((result.history.evaluations, result.history.costs))
     measure = hypervolume if costs.shape[-1] <= _EXACT else approximate_hypervolume

@@ -221,13 +221,8 @@ def replaced(
     A child is offered to the weights around the one in whose direction its costs lie (Wang et al.
     2014, "A replacement strategy for balancing convergence and diversity in MOEA/D", IEEE CEC), the
     nearest first; if it is not allowed, or the weights are no directions, to those around its own.
-
-    Args:
-      subproblems: one for each decision.
-      held: by the population.
-      found: at the children.
-      owners: the subproblem that each child was made for.
-      scaling: ideal point and scale of the costs.
+    `owners` are the subproblems that the children were made for; `scaling` is ideal point and
+    scale.
     """
     weights = jnp.asarray(subproblems.weights)
     ideal, scale = scaling

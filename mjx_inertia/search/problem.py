@@ -120,13 +120,8 @@ def latin_hypercube(
 ) -> Float[Array, "n d"]:
     """Decisions of which each variable has one in each of n equal slices of its range.
 
-    McKay, Beckman and Conover 1979, Technometrics 21(2).
-
-    Args:
-      problem: for its bounds.
-      count: n.
-      key: of the draw.
-      spread: share of the range, about its middle, that is covered.
+    McKay, Beckman and Conover 1979, Technometrics 21(2). `spread` is the share of the range, about
+    its middle, that is covered.
     """
     lower, upper = jnp.asarray(problem.lower), jnp.asarray(problem.upper)
     within, order = jax.random.split(key)
@@ -141,11 +136,8 @@ def latin_hypercube(
 def toward(problem: Problem, wish: Float[ndarray, " k"]) -> Problem:
     """The problem of making the worst cost, over what is wished for it, least.
 
-    At most 1 means that every wish is met. Evaluations keep their violation.
-
-    Args:
-      problem: with costs that are not negative.
-      wish: for each cost, more than zero.
+    At most 1 means that every wish is met. Evaluations keep their violation. The problem's costs
+    are not negative.
 
     Raises:
       ValueError: not a positive number for each cost.

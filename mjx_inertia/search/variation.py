@@ -24,14 +24,8 @@ def sbx(
 
     Deb and Agrawal 1995, "Simulated binary crossover for continuous search space", Complex Systems
     9; near a bound the spread is cut so that children stay inside (Deb's code of NSGA-II), and
-    there the mean moves.
-
-    Args:
-      a: a parent.
-      b: the other.
-      uniform: in [0, 1), one number a variable.
-      box: lower and upper bounds.
-      eta: the greater, the nearer the children to their parents.
+    there the mean moves. `uniform` has one number in [0, 1) a variable, `box` is lower and upper
+    bounds; the greater `eta`, the nearer the children to their parents.
     """
     lower, upper = box
     low, high = jnp.minimum(a, b), jnp.maximum(a, b)
@@ -66,14 +60,9 @@ def differential(
 ) -> Float[Array, " d"]:
     """The base moved by a difference; a variable that leaves the box ends before the bound.
 
-    Li and Zhang 2009, "MOEA/D-DE", IEEE TEC 13(2), Eq. 3 with CR = 1.
-
-    Args:
-      base: the parent.
-      difference: of two others.
-      uniform: in [0, 1), where between base and bound a variable ends that left the box.
-      box: lower and upper bounds.
-      factor: F.
+    Li and Zhang 2009, "MOEA/D-DE", IEEE TEC 13(2), Eq. 3 with CR = 1. `difference` is that of two
+    others, `uniform` in [0, 1) says where between base and bound a variable ends that left the box;
+    `factor` is F.
     """
     lower, upper = box
     child = base + factor * difference
@@ -91,13 +80,8 @@ def polynomial_mutation(
     """Every variable moved by a polynomial density around where it is, cut at the bounds.
 
     Deb and Goyal 1996, "A combined genetic adaptive search", Computer Science and Informatics
-    26(4), in the form of Deb's code of NSGA-II. Which variables mutate is the caller's.
-
-    Args:
-      child: to be mutated.
-      uniform: in [0, 1).
-      box: lower and upper bounds.
-      eta: the greater, the smaller the moves.
+    26(4), in the form of Deb's code of NSGA-II. Which variables mutate is the caller's. `uniform`
+    is in [0, 1); the greater `eta`, the smaller the moves.
     """
     lower, upper = box
     span = upper - lower

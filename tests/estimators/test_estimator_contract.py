@@ -10,7 +10,6 @@ from estimators.problem import problem
 
 from mjx_inertia.estimators import ESTIMATORS, EstimateStatus, forest_tree, load_fitted, save_fitted
 from mjx_inertia.estimators.estimate import targets_of
-from mjx_inertia.estimators.hyperparameter_search import grid_search, grouped_folds
 from mjx_inertia.estimators.random_forest import ForestSettings
 from mjx_inertia.features import take_examples
 from mjx_inertia.pushing import PushStatus
@@ -199,32 +198,3 @@ def test_a_tree_of_the_forest_can_be_read(fitted):
         np.testing.assert_allclose(node.value, predicted[row], rtol=1e-5)
     with pytest.raises(ValueError, match="no tree 60"):
         forest_tree(fitted["forest"], 60)
-
-
-@pytest.mark.long
-def test_grid_search_finds_the_better_settings():
-    rows = problem(8, 400)
-    groups = np.repeat(np.arange(40), 10)
-    candidates = [ForestSettings(trees=10, depth=depth, progress=False) for depth in (1, 5)]
-    ranked = grid_search(
-        ESTIMATORS["forest"].factory,
-        candidates,
-        rows,
-        groups,
-        key=jax.random.key(0),
-        folds=2,
-        progress=False,
-    )
-    assert [result.settings.depth for result in ranked] == [5, 1]
-    assert ranked[0].score < ranked[1].score < 1.1
-    with pytest.raises(ValueError, match="one group a row"):
-        grid_search(make, candidates, rows, groups[1:], key=jax.random.key(0))
-
-
-def test_folds_keep_groups_together_and_are_even():
-    groups = np.random.default_rng(0).integers(0, 40, 500)
-    fold = grouped_folds(groups, 10, seed=0)
-    assert all(len(set(fold[groups == group])) == 1 for group in range(40))
-    assert [len(set(groups[fold == number])) for number in range(10)] == [4] * 10
-    with pytest.raises(ValueError, match="folds=50"):
-        grouped_folds(groups, 50, seed=0)

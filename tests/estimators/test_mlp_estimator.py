@@ -11,20 +11,18 @@ from scipy.stats import multivariate_normal
 
 from mjx_inertia.estimators import MlpSettings, load_fitted, mlp_training, save_fitted
 from mjx_inertia.estimators.mlp_estimator import _block, fit_mlp, mlp, predict_mlp
-from mjx_inertia.estimators.mlp_network import (
+from mjx_inertia.estimators.mlp_training import (
     Normal,
     Shape,
+    TrainingRows,
+    TrainingSettings,
     apply_network,
     covariance_of,
     initial_weights,
     input_scale,
     inputs_of,
-    surprise,
-)
-from mjx_inertia.estimators.mlp_training import (
-    TrainingRows,
-    TrainingSettings,
     read_mlp_checkpoint,
+    surprise,
     train_network,
     write_mlp_checkpoint,
 )

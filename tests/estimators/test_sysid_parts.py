@@ -34,8 +34,13 @@ from mjx_inertia.estimators.sysid.observation import (
     standard_deviation,
     weights,
 )
-from mjx_inertia.estimators.sysid.settings import ESTIMATED
-from mjx_inertia.estimators.sysid.unknowns import LOGARITHMIC, SensorErrors, beyond_bounds, bounds
+from mjx_inertia.estimators.sysid.unknowns import (
+    ESTIMATED,
+    LOGARITHMIC,
+    SensorErrors,
+    beyond_bounds,
+    bounds,
+)
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, StraightMotion
 from mjx_inertia.pushing.rollout import Sample
 
@@ -300,7 +305,12 @@ def test_single_unknowns_and_informative_pushes():
     for i, sentence in sentences.items():
         fisher = np.full(3, 50.0)
         fisher[i] = 0.1
-        assert explain_identifiability(identifiability(np.diag(fisher)), names) == sentence
+        known = identifiability(np.diag(fisher))
+        assert explain_identifiability(known, names) == sentence
+        several = sentence.replace("this push", "these pushes").replace(
+            "push hardly turns", "pushes hardly turn"
+        )
+        assert explain_identifiability(known, names, pushes=2) == several
     two = identifiability(np.diag([50.0, 0.1, 0.2]))
     assert explain_identifiability(two, names).startswith(
         ("I_zz and tip friction cannot be told from", "tip friction and I_zz cannot be told from")

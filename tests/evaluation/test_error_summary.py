@@ -9,13 +9,13 @@ from mjx_inertia.estimators import TARGETS
 from mjx_inertia.evaluation import format_table, summarize_all, write_results
 from mjx_inertia.evaluation.condition_figures import breakdown
 from mjx_inertia.evaluation.summary import (
+    RESULT_COLUMNS,
     bootstrap_mean,
     calibrate,
     leading_estimator,
     summarize,
     z_scores,
 )
-from mjx_inertia.evaluation.tables import RESULT_COLUMNS
 
 
 def test_summary_is_what_numpy_says():

@@ -8,13 +8,11 @@ from matplotlib.figure import Figure
 
 from mjx_inertia.estimators import TreeNode
 from mjx_inertia.evaluation import (
-    VariationGroup,
     draw_tree,
     error_averages,
     error_images,
     sample_signals,
     to_data_uri,
-    variation_boxes,
 )
 from mjx_inertia.evaluation.condition_figures import errors_by_condition
 from mjx_inertia.evaluation.report_figures import calibration_histograms, predicted_against_true
@@ -89,16 +87,6 @@ def test_error_images_show_the_errors():
     image = figure.axes[0].images[0].get_array()
     assert image.shape == (5, 5)
     np.testing.assert_allclose(image.compressed(), 25.0)
-
-
-def test_variation_boxes_show_every_group():
-    rng = np.random.default_rng(0)
-    groups = [
-        VariationGroup(name, rng.uniform(5, 20, 6), rng.uniform(5, 40, 6))
-        for name in ("size ±30 %", "mass ±30 %", "friction ±30 %")
-    ]
-    axes = variation_boxes(groups).axes[0]
-    assert [t.get_text() for t in axes.get_xticklabels()] == [g.name for g in groups]
 
 
 def test_signals_stop_where_the_push_does():

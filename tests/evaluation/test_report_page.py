@@ -15,9 +15,8 @@ from mjx_inertia.evaluation import (
     summarize_all,
     write_report,
 )
-from mjx_inertia.evaluation.report import render_report
-from mjx_inertia.evaluation.report_tables import headline_groups
-from mjx_inertia.evaluation.tables import format_number
+from mjx_inertia.evaluation.report import headline_groups, render_report
+from mjx_inertia.evaluation.summary import format_number
 
 pytestmark = pytest.mark.long
 SPLITS = (

@@ -16,7 +16,7 @@ from mjx_inertia.features import (
     select_columns,
     take_examples,
 )
-from mjx_inertia.features.example_table import _rows_of_length, extract, feature_names
+from mjx_inertia.features.example_table import _rows_of_length, feature_names
 from mjx_inertia.features.feature_sets import FEATURE_SETS, HORIZONS, ONSET_EDGES
 from mjx_inertia.pushing import PushStatus
 
@@ -32,7 +32,7 @@ def on_device(records):
 
 
 def features(records, name, settings=CONTACT):
-    return np.asarray(extract(on_device(records), name, settings))
+    return np.asarray(examples(on_device(records), name, settings).features)
 
 
 def numpy_signals(records, row, reference):
@@ -221,7 +221,7 @@ def test_columns_are_named_once_and_as_many_as_features():
         for settings in (TRACKED, CONTACT):
             columns = feature_names(name, settings)
             assert len(set(columns)) == len(columns)
-            assert extract(records, name, settings).shape == (ROWS, len(columns))
+            assert examples(records, name, settings).features.shape == (ROWS, len(columns))
         assert feature_names(name, TRACKED) != feature_names(name, CONTACT)
     assert [len(feature_names(name)) for name in ("windows", "moments")] == [72, 12]
 
@@ -229,9 +229,9 @@ def test_columns_are_named_once_and_as_many_as_features():
 def test_compiles_once_for_a_shape_and_a_set():
     _rows_of_length.clear_cache()
     for seed in range(3):
-        extract(on_device(random_records(seed, 5, 20)), "moments")
+        examples(on_device(random_records(seed, 5, 20)), "moments")
     assert _rows_of_length._cache_size() == 1
-    extract(on_device(random_records(0, 6, 20)), "moments")
+    examples(on_device(random_records(0, 6, 20)), "moments")
     assert _rows_of_length._cache_size() == 2
 
 
@@ -276,7 +276,7 @@ def test_examples_carry_truth_and_are_taken_joined_and_selected():
 def test_misuse_is_refused():
     records = on_device(random_records(11, 2, 20))
     with pytest.raises(ValueError, match="'unknown' is not one of"):
-        extract(records, "unknown")
+        examples(records, "unknown")
     with pytest.raises(ValueError, match="reference='com'"):
         FeatureSettings("com")
     rows = examples(records, "moments")

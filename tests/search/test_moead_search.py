@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from search.bowls import FLOOR, bowls, front, in_units, walled_bowls
 
-from mjx_inertia.pareto import inverted_generational_distance
 from mjx_inertia.search import (
     ArchiveSettings,
     Evaluation,
@@ -20,6 +19,7 @@ from mjx_inertia.search import (
     progress,
 )
 from mjx_inertia.search.decomposition import decomposition, spread_weights
+from mjx_inertia.search.fronts import inverted_generational_distance
 from mjx_inertia.search.moead_search import Moead
 from parts.benchmark_problems import zdt, zdt_front
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from search.bowls import FLOOR, bowls, front, in_units, walled_bowls
 
-from mjx_inertia.pareto import inverted_generational_distance
 from mjx_inertia.search import (
     Evaluation,
     GradientSettings,
@@ -17,6 +16,7 @@ from mjx_inertia.search import (
     evolution_strategies,
     gradient_descent,
 )
+from mjx_inertia.search.fronts import inverted_generational_distance
 from mjx_inertia.search.gradient_search import smooth_tchebycheff
 from mjx_inertia.search.problem import into_box, out_of_box
 

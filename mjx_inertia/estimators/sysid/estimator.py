@@ -20,10 +20,14 @@ from tqdm import tqdm
 from mjx_inertia.estimators.boosted_trees import BoostedSettings, FittedBoosted, boosted
 from mjx_inertia.estimators.estimate import Estimate, EstimateStatus, Estimator, KeyArray
 from mjx_inertia.estimators.sysid.normal_equations import DIVERGED
-from mjx_inertia.estimators.sysid.observation import observed
-from mjx_inertia.estimators.sysid.settings import SysidSettings
+from mjx_inertia.estimators.sysid.observation import SysidProblem, observed
 from mjx_inertia.estimators.sysid.two_stage_fit import Fit, fit
-from mjx_inertia.estimators.sysid.unknowns import bounds, from_planar_values, planar_values
+from mjx_inertia.estimators.sysid.unknowns import (
+    SysidSettings,
+    bounds,
+    from_planar_values,
+    planar_values,
+)
 from mjx_inertia.features import Examples, take_examples
 from mjx_inertia.objects import ObjectModel, prism
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, build_scene
@@ -45,8 +49,8 @@ class Identified(NamedTuple):
 
     rows: Int[np.ndarray, " m"]  # of the examples
     examples: Examples  # these rows, in double precision
-    centroid: np.ndarray  # of the outline, object frame, m
-    settings: SysidSettings  # used for it
+    centroid: Float[np.ndarray, "2"]  # of the outline, object frame, m
+    problem: SysidProblem
     fit: Fit  # what was found
 
 
@@ -95,12 +99,8 @@ def planar_estimates(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean, covariance and status of fitted bodies, in double precision where that is on.
 
-    Args:
-      found: the fits, one row a body.
-      record: of a push of each body; the CoM counts from its contact point.
-      setup: of that push.
-      centroid: of the outline, object frame, m.
-      settings: of the identification.
+    A row is a body: its fit, and one of its pushes, from whose contact point the CoM counts.
+    `centroid` is that of the outline, object frame, m.
     """
 
     def one(z: Array, setup: PushSetup, point: Array, normal: Array) -> tuple[Array, Array]:
@@ -154,14 +154,12 @@ def identify_examples(
             assert part.setup is not None and part.records is not None
             centroid = np.asarray(obj.center[:2], float)
             start = _starts(fitted, part, mine, np.tile(centroid, (len(rows), 1)))
-            observation = observed(part.records, mine)
-            scene = _scene(obj, mine.scene)
-            found = fit(
-                scene, np.asarray(start), observation, part.setup, centroid, mine,
-                key=jax.random.fold_in(key, int(number)), report=bar.set_postfix_str,
-            )  # fmt: skip
+            scene, observation = _scene(obj, mine.scene), observed(part.records, mine)
+            problem = SysidProblem.of(scene, observation, part.setup, mine, centroid=centroid)
+            own = jax.random.fold_in(key, int(number))
+            found = fit(problem, np.asarray(start), key=own, report=bar.set_postfix_str)
             bar.update(len(rows))
-            results.append(Identified(rows, part, centroid, mine, found))
+            results.append(Identified(rows, part, centroid, problem, found))
     return results
 
 
@@ -209,12 +207,13 @@ def sysid(settings: SysidSettings = _DEFAULT) -> Estimator:
         n = len(np.asarray(examples.status))
         mean, covariance = np.full((n, 4), np.nan), np.tile(np.diag(np.full(4, np.inf)), (n, 1, 1))
         status = np.full(n, int(EstimateStatus.BAD_INPUT), np.int32)
-        for rows, part, centroid, mine, found in identify_examples(
+        for rows, part, centroid, problem, found in identify_examples(
             fitted, examples, settings, key=jax.random.key(0)
         ):
-            assert part.records is not None and part.setup is not None
+            assert part.records is not None
+            known = problem.setup, centroid, problem.settings
             with jax.enable_x64(True):
-                values = planar_estimates(found, part.records, part.setup, centroid, mine)
+                values = planar_estimates(found, part.records, *known)
             seen = np.asarray(found.search.iterations) > 0
             seen &= np.asarray(part.status) == PushStatus.OK
             fine = seen & (values[2] == EstimateStatus.OK)

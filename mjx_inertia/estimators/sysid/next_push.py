@@ -17,10 +17,9 @@ import numpy as np
 from flax import struct
 from jaxtyping import Float, Int
 
-from mjx_inertia.estimators.sysid.batch import equations_at
-from mjx_inertia.estimators.sysid.observation import observed
-from mjx_inertia.estimators.sysid.settings import SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import bounds, to_parameters
+from mjx_inertia.estimators.sysid.normal_equations import equations_at
+from mjx_inertia.estimators.sysid.observation import SysidProblem, observed
+from mjx_inertia.estimators.sysid.unknowns import SysidSettings, bounds, to_parameters
 from mjx_inertia.pushing import PushRecord, PushSetup, Scene, StraightMotion, simulate
 from mjx_inertia.pushing.settings import CLEARANCE
 from mjx_inertia.spatial import AnyArray
@@ -94,12 +93,8 @@ def straight_pushes(
 ) -> Pushes:
     """Straight pushes of a box whose outline's centre is at the world's origin, axes parallel.
 
-    Args:
-      half_extents: of the box, m.
-      friction_radius: c of its outline under uniform pressure, m.
-      paths: how each push goes; at least one field has an axis.
-      length: of each path, m.
-      tip_radius: m.
+    `half_extents` are those of the box (m), `friction_radius` the c of its outline under uniform
+    pressure (m); `length` is that of each path (m). At least one field of `paths` has an axis.
     """
     face, offset, angle, speed, acceleration = np.broadcast_arrays(
         paths.face, paths.offset, paths.angle, paths.speed, paths.acceleration
@@ -146,14 +141,8 @@ def candidates(
 ) -> Pushes:
     """A grid of pushes of a box within the limits: faces × offsets × angles × speeds.
 
-    Args:
-      limits: of the pusher.
-      half_extents: of the box, m.
-      friction_radius: c of its outline under uniform pressure, m.
-      offsets: contact points on a face, evenly spaced.
-      angles: of the path, evenly spaced (1: along the normal).
-      speeds: evenly spaced logarithms (1: the highest).
-      tip_radius: m.
+    Contact points (`offsets`) and `angles` are evenly spaced, one angle being along the normal;
+    logarithms of `speeds` are, one speed being the highest. The rest is as in `straight_pushes`.
     """
 
     def spread(count: int, most: float) -> np.ndarray:
@@ -186,14 +175,9 @@ def predicted(
 ) -> PushRecord:
     """What would be measured without noise if the unknowns were `z`.
 
-    Args:
-      scene: of the object.
-      z: coordinates of the unknowns at each push.
-      pushes: to simulate.
-      centroid: of the outline, object frame, m.
-      settings: of the identification.
-      samples: that records are padded to (their last one repeated), so that one compiled program
-        serves every set of pushes.
+    `z` are coordinates at each push, `centroid` is that of the outline (object frame, m). Records
+    are padded to `samples`, their last one repeated, so that one compiled program serves every set
+    of pushes.
     """
     with jax.enable_x64(True):
         to = jax.vmap(partial(to_parameters, centroid=jnp.asarray(centroid), settings=settings))
@@ -243,9 +227,9 @@ def expected_information(
     with jax.enable_x64(True):
         inside = np.clip(np.asarray(z, float), *(np.asarray(b) for b in bounds(settings)))
         record = predicted(scene, inside, pushes, centroid, settings, samples=samples)
-        found = equations_at(
-            scene, inside, observed(record, settings), pushes.setup, centroid, settings
-        )
+        seen = observed(record, settings)
+        problem = SysidProblem.of(scene, seen, pushes.setup, settings, centroid=centroid)
+        found = equations_at(problem, inside)
     return np.asarray(found.hessian) - np.eye(inside.shape[1])
 
 

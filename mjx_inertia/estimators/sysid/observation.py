@@ -4,7 +4,8 @@ Signals are taken where the sensors are: force, moment and velocity at the mater
 object that was touched first. How far that point is from the tracker's origin follows from the
 pose, so residuals use the simulated lever on both sides and noise of the pose does not leak in.
 
-In: a `PushRecord`. Out: `Observation`; residuals of one sample given the simulated one.
+In: a `PushRecord`. Out: `Observation`; residuals of one sample given the simulated one; the
+`SysidProblem` of many pushes.
 """
 
 import jax
@@ -14,9 +15,8 @@ from flax import struct
 from jaxtyping import Array, Float, Int
 
 from mjx_inertia.dataset import SensorNoise
-from mjx_inertia.estimators.sysid.settings import CHANNELS, SysidSettings
-from mjx_inertia.estimators.sysid.unknowns import SensorErrors
-from mjx_inertia.pushing import PushRecord, PushStatus
+from mjx_inertia.estimators.sysid.unknowns import CHANNELS, SensorErrors, SysidSettings
+from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, Scene
 from mjx_inertia.pushing.rollout import Sample
 from mjx_inertia.spatial import AnyArray, planar_cross, planar_rotate
 
@@ -38,6 +38,38 @@ class Observation:
     weight: Float[AnyArray, "*n t 9"]
     interval: Float[AnyArray, "*n"]  # between samples, s
     length: Int[AnyArray, "*n"]  # number of valid samples
+
+
+@struct.dataclass
+class SysidProblem:
+    """Pushes to be identified, with a leading axis: signals, and what was known before them."""
+
+    observation: Observation  # what was measured
+    setup: PushSetup
+    centroid: Float[AnyArray, "n 2"]  # of the outline, object frame, m
+    body: Int[AnyArray, " n"]  # which body was pushed; pushes of one body share all unknowns
+    scene: Scene = struct.field(pytree_node=False)  # of the object
+    settings: SysidSettings = struct.field(pytree_node=False)
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        observation: Observation,
+        setup: PushSetup,
+        settings: SysidSettings,
+        *,
+        centroid: Float[AnyArray, "2"] | tuple[float, float] = (0.0, 0.0),
+        body: Int[AnyArray, " n"] | None = None,
+    ) -> "SysidProblem":
+        """Pushes of objects with one outline; by default each push stands for itself."""
+        n = len(observation.length)
+        body = np.arange(n) if body is None else np.asarray(body)
+        return cls(observation, setup, np.tile(np.asarray(centroid), (n, 1)), body, scene, settings)
+
+    def take(self, rows: Int[AnyArray, " m"]) -> "SysidProblem":
+        """Some of the pushes, numpy arrays."""
+        return jax.tree.map(lambda x: np.asarray(x)[rows], self)
 
 
 def _at_contact(
@@ -138,11 +170,8 @@ def sample_residual(
 ) -> Float[Array, "9"]:
     """Measured minus simulated signals of sample `k`, in standard deviations.
 
-    Args:
-      o: the observation.
-      k: number of the sample.
-      simulated: the simulated one; its pose starts where the observed one starts.
-      instrument: what the sensor adds to the contact force.
+    The simulated pose starts where the observed one starts; the instrument is what the sensor adds
+    to the contact force.
     """
     late = jnp.clip(k + instrument.force_delay / o.interval, 0.0, o.moment.shape[0] - 1.0)
     low = jnp.minimum(late.astype(jnp.int32), o.moment.shape[0] - 2)

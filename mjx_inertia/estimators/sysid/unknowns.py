@@ -1,4 +1,4 @@
-"""The vector that is searched, and what it means: unknowns ⇄ coordinates ⇄ simulation parameters.
+"""What identification estimates and believes beforehand; unknowns ⇄ coordinates ⇄ parameters.
 
 A coordinate counts in standard deviations of its belief, of the logarithm where a value is
 positive, so that every point of the search is a physical body (mass and I_zz positive, I_zz / m and
@@ -7,6 +7,7 @@ and the `SensorErrors`.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import jax
 import jax.numpy as jnp
@@ -14,15 +15,119 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
-from mjx_inertia.estimators.sysid.settings import Beliefs, SysidSettings
-from mjx_inertia.pushing import PushParameters, PushSetup
-from mjx_inertia.spatial import AnyArray
+from mjx_inertia.dataset import SensorNoise
+from mjx_inertia.pushing import PushParameters, PushSetup, SceneSettings
+from mjx_inertia.spatial import AnyArray, planar_rotate
 
+ESTIMATED = (
+    "mass", "inertia", "com_x", "com_y", "friction", "tip_friction", "tip_time_constant",
+)  # fmt: skip
+# Columns of an observation that each channel takes.
+CHANNELS = {
+    "force": (0, 1),
+    "moment": (2,),
+    "velocity": (3, 4),
+    "spin": (5,),
+    "position": (6, 7),
+    "yaw": (8,),
+}
 LOGARITHMIC = frozenset(
     ("mass", "inertia", "friction", "tip_friction", "tip_time_constant", "friction_radius")
 )
 _DRAWN = 0.3  # spread of further starts, in standard deviations of the belief
 _WALL = 0.02  # width of the wall at a bound, in the unit of the coordinate
+
+
+@dataclass(frozen=True)
+class Belief:
+    """A normal prior of one unknown in its coordinate, and bounds of its value."""
+
+    center: float  # value at the middle of the prior
+    spread: float  # standard deviation of the coordinate: relative where it is a logarithm
+    low: float  # bound of the value; beyond it a steep wall stands in the cost
+    high: float  # the other bound
+
+
+@dataclass(frozen=True)
+class Beliefs:
+    """A prior for each unknown; wide, so that it matters only where the data are weak.
+
+    Lengths of the object count from the centre of its outline in units of its half extents, I_zz in
+    units of that of a uniform plate of its bounding box and mass.
+    """
+
+    mass: Belief = Belief(1.5, 1.0, 0.02, 50.0)  # kg, as a logarithm
+    # I_zz over m (a² + b²) / 12 with a, b the sides of the bounding box, as a logarithm
+    inertia: Belief = Belief(1.0, 0.5, 0.05, 5.0)
+    com_x: Belief = Belief(0.0, 0.5, -1.0, 1.0)  # object frame, half extents
+    com_y: Belief = Belief(0.0, 0.5, -1.0, 1.0)  # object frame, half extents
+    friction: Belief = Belief(0.35, 0.5, 0.02, 2.0)  # μ between object and table, as a logarithm
+    tip_friction: Belief = Belief(0.3, 0.5, 0.02, 2.0)  # between tip and object, as a logarithm
+    # of their contact, s, as a logarithm
+    tip_time_constant: Belief = Belief(0.02, 0.7, 0.0101, 0.2)
+    # c over the one of the outline under uniform pressure, as a logarithm
+    friction_radius: Belief = Belief(1.0, 0.3, 0.2, 3.0)
+    probe_mass: Belief = Belief(0.0, 0.5, -0.5, 5.0)  # that the force sensor carries, kg
+    force_bias_x: Belief = Belief(0.0, 0.5, -5.0, 5.0)  # of the sensor, N, world
+    force_bias_y: Belief = Belief(0.0, 0.5, -5.0, 5.0)  # of the sensor, N, world
+    force_delay: Belief = Belief(0.0, 0.01, -0.05, 0.05)  # of the force behind the motion, s
+    pose_x: Belief = Belief(0.0, 0.001, -0.01, 0.01)  # error of the known initial pose, m
+    pose_y: Belief = Belief(0.0, 0.001, -0.01, 0.01)  # error of the known initial pose, m
+    pose_yaw: Belief = Belief(0.0, 0.01, -0.1, 0.1)  # error of the known initial pose, rad
+
+
+@dataclass(frozen=True)
+class SysidSettings:
+    """How a push is identified."""
+
+    # unknowns that the data decide; others are held at the centre of their belief
+    estimated: tuple[str, ...] = ESTIMATED
+    beliefs: Beliefs = field(default_factory=Beliefs)  # priors and bounds
+    # table, time step and tip of the simulation
+    scene: SceneSettings = field(default_factory=SceneSettings)
+    # of the sensors; the weights of the residuals
+    noise: SensorNoise = field(default_factory=lambda: SensorNoise(0.05, 1.0))
+    # signals that are fitted
+    channels: tuple[str, ...] = ("force", "moment", "velocity", "spin", "position", "yaw")
+    # residual, in standard deviations, beyond which its cost grows linearly (0: squares)
+    huber: float = 0.0
+    # take I_zz and CoM from mass and outline: an assumption, so not the default
+    uniform_density: bool = False
+    # feature set of the trees whose estimate starts the search (None: the belief)
+    start_features: str | None = "onset"
+    draws: int = 3  # further starts, drawn near the first, for fits whose residuals are too large
+    coarse: float = 0.6  # seconds of the push that the first fit sees
+    iterations: int = 20  # of Levenberg and Marquardt's method, at most, in each of the two fits
+    block: int = 32  # pushes fitted at once on each device
+    # limit of the mean squared residual, in standard deviations of the noise. A fit beyond it by
+    # more than five standard deviations of chance counts as stuck in a local minimum.
+    misfit: float = 1.05
+    progress: bool = True  # show a bar with the running cost
+    # largest relative standard deviation of mass with which an estimate is reported
+    identifiable: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for names that are no unknown or no channel."""
+        if self.block < 1 or self.iterations < 1:
+            raise ValueError(f"sysid.block={self.block}, iterations={self.iterations}: at least 1")
+        known = tuple(Beliefs.__dataclass_fields__)
+        for name in self.estimated:
+            if name not in known:
+                raise ValueError(f"sysid.estimated has {name!r}; choose from {known}")
+        if len(set(self.estimated)) != len(self.estimated) or not self.estimated:
+            raise ValueError(f"sysid.estimated={self.estimated}: name each unknown once")
+        for name in self.channels:
+            if name not in CHANNELS:
+                raise ValueError(f"sysid.channels has {name!r}; choose from {tuple(CHANNELS)}")
+        both = {"inertia", "com_x", "com_y"} & set(self.estimated)
+        if self.uniform_density and both:
+            raise ValueError(
+                f"sysid.uniform_density fixes {sorted(both)}: leave them out of sysid.estimated"
+            )
+        for name in known:
+            belief = getattr(self.beliefs, name)
+            if not belief.low <= belief.center <= belief.high or not belief.spread > 0:
+                raise ValueError(f"sysid.beliefs.{name}={belief}: needs low <= center <= high")
 
 
 @struct.dataclass
@@ -95,11 +200,7 @@ def to_parameters(
 ) -> tuple[PushParameters, SensorErrors]:
     """What to simulate at a point of the search.
 
-    Args:
-      z: coordinates of the estimated unknowns.
-      setup: of the push.
-      centroid: of the outline, object frame, m.
-      settings: of the identification.
+    `centroid` is that of the outline, object frame, m.
     """
     v = values(z, settings)
     half = jnp.asarray(setup.half_extents)
@@ -138,9 +239,7 @@ def planar_values(
 ) -> Float[Array, "4"]:
     """Mass, I_zz and the CoM from the first contact point, as an `Estimate` states them, SI."""
     parameters, _ = to_parameters(z, setup, centroid, settings)
-    cos, sin = jnp.cos(setup.pose[2]), jnp.sin(setup.pose[2])
-    c = parameters.com
-    offset = jnp.stack([cos * c[0] - sin * c[1], sin * c[0] + cos * c[1]])
+    offset = planar_rotate(jnp.asarray(setup.pose)[2], parameters.com[:2])
     arm = jnp.asarray(setup.pose[:2]) + offset - contact_point
     inward, left = contact_normal, jnp.stack([-contact_normal[1], contact_normal[0]])
     return jnp.stack([parameters.mass, parameters.inertia[2], arm @ inward, arm @ left])
@@ -159,8 +258,7 @@ def from_planar_values(
     half = jnp.asarray(setup.half_extents)
     left = jnp.stack([-contact_normal[1], contact_normal[0]])
     offset = contact_point + mean[2] * contact_normal + mean[3] * left - setup.pose[:2]
-    cos, sin = jnp.cos(setup.pose[2]), jnp.sin(setup.pose[2])
-    com = jnp.stack([cos * offset[0] + sin * offset[1], cos * offset[1] - sin * offset[0]])
+    com = planar_rotate(-jnp.asarray(setup.pose)[2], offset)
     com = jnp.clip((com - centroid) / half[:2], -0.9, 0.9)
     known = {
         "mass": mean[0],

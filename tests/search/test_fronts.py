@@ -1,23 +1,19 @@
-"""Fronts, choice, hypervolume and distance, by definitions written out in NumPy."""
+"""Fronts, knee, hypervolume and distance, by definitions written out in NumPy."""
 
 import itertools
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjx_inertia.pareto import (
+from mjx_inertia.search.fronts import (
     NONE,
     approximate_hypervolume,
-    best_per_metric,
     dominates,
     hypervolume,
     inverted_generational_distance,
     knee,
-    normalised,
     pareto_set,
-    weighted_choice,
 )
 
 pytestmark = pytest.mark.float64
@@ -70,32 +66,10 @@ def test_dominance_is_a_strict_partial_order():
     assert np.all(beats[(beats.astype(int) @ beats.astype(int)) > 0])
 
 
-def test_best_per_metric_and_weighted_choice():
-    costs = table()
-    best = np.asarray(jax.jit(best_per_metric)(costs))
-    valid = np.where(np.isfinite(costs), costs, np.inf)
-    np.testing.assert_array_equal(best, valid.argmin(axis=0))
-    chosen = int(jax.jit(weighted_choice)(costs, np.array([1.0, 2.0, 0.5, 0.0])))
-    alive = np.isfinite(costs[:, :3]).all(axis=1)
-    part = costs[:, :3]
-    low, high = part[alive].min(axis=0), part[alive].max(axis=0)
-    total = np.where(alive, ((part - low) / (high - low)) @ [1.0, 2.0, 0.5], np.inf)
-    assert chosen == total.argmin()
-
-
-def test_weight_zero_ignores_failures_of_its_metric():
-    costs = np.array([[1.0, np.nan], [2.0, 1.0]])
-    assert int(weighted_choice(costs, np.array([1.0, 0.0]))) == 0
-    assert int(weighted_choice(costs, np.array([1.0, 1.0]))) == 1
-
-
 def test_scale_of_a_metric_does_not_matter():
     costs = table()
     scaled = costs * np.array([1e3, 1e-3, 1.0, 7.0]) + 5.0
-    weights = np.ones(4)
-    assert int(weighted_choice(costs, weights)) == int(weighted_choice(scaled, weights))
     assert knee(costs, (0, 2)) == knee(scaled, (0, 2))
-    np.testing.assert_allclose(normalised(costs), normalised(scaled), atol=1e-4)
 
 
 def test_knee_of_a_bent_front():
@@ -107,8 +81,6 @@ def test_knee_of_a_bent_front():
 
 def test_nothing_succeeded():
     costs = np.full((3, 2), np.nan)
-    assert np.all(np.asarray(best_per_metric(costs)) == NONE)
-    assert int(weighted_choice(costs, np.ones(2))) == NONE
     assert knee(costs) == NONE
     assert len(pareto_set(costs)) == 0
 

@@ -1,9 +1,9 @@
 """Costs of many rows at once: which dominate, which are on the front and which to take.
 
 In: a table of costs, one row a candidate and one column a cost, lower is better; NaN or infinite is
-a failure. Out: rows, or how good a set of rows is. Failed rows are never chosen, and a failure in
-one column is a failure of the row for every choice that looks at this column. One row dominates
-another if it is nowhere greater and somewhere smaller; equal rows do not dominate each other.
+a failure. Out: rows, or how good a set of rows is. Failed rows are never chosen; a failure in one
+column is one of the row wherever this column counts. One row dominates another if it is nowhere
+greater and somewhere smaller; equal rows do not dominate each other.
 
 Fronts, hypervolumes and distances are those of `moocore` (C): exact hypervolumes by Guerreiro and
 Fonseca 2018 for four costs and Fonseca et al. 2006 for more, approximate ones by Deng and Zhang
@@ -62,44 +62,6 @@ def knee(costs: Float[Array | ndarray, "n k"], columns: Sequence[int] | None = N
     span = np.ptp(front, axis=0)
     scaled = (front - front.min(axis=0)) / np.where(span > 0.0, span, 1.0)
     return int(rows[np.argmin(scaled.sum(axis=1))])
-
-
-def succeeded(costs: Float[Array | ndarray, "n k"]) -> Bool[Array, " n"]:
-    """Whether all costs of a row are finite."""
-    return jnp.all(jnp.isfinite(costs), axis=1)
-
-
-def best_per_metric(costs: Float[Array | ndarray, "n k"]) -> Int[Array, " k"]:
-    """For each metric the row of least cost (the first of equals); `NONE` where all failed."""
-    usable = jnp.where(jnp.isfinite(costs), costs, jnp.inf)
-    best = jnp.argmin(usable, axis=0)
-    return jnp.where(jnp.any(jnp.isfinite(costs), axis=0), best, NONE)
-
-
-def normalised(costs: Float[Array | ndarray, "n k"]) -> Float[Array, "n k"]:
-    """Each cost from 0 for the least to 1 for the greatest of the rows that succeeded.
-
-    A cost that is alike for all becomes 0, those of failed rows NaN.
-    """
-    valid = succeeded(costs)[:, None]
-    low = jnp.min(jnp.where(valid, costs, jnp.inf), axis=0)
-    span = jnp.max(jnp.where(valid, costs, -jnp.inf), axis=0) - low
-    alike = ~(span > 0.0)
-    return jnp.where(valid, (costs - low) / jnp.where(alike, 1.0, span), jnp.nan)
-
-
-def weighted_choice(
-    costs: Float[Array | ndarray, "n k"], weights: Float[Array | ndarray, " k"]
-) -> Int[Array, ""]:
-    """The row of least weighted sum of `normalised` costs; `NONE` where all failed.
-
-    Weights are not negative; a cost of weight 0 counts for nothing, not even as a failure.
-    """
-    counted = jnp.where(weights > 0.0, costs, 0.0)
-    total = jnp.sum(weights * normalised(counted), axis=1)
-    usable = jnp.isfinite(total)
-    best = jnp.argmin(jnp.where(usable, total, jnp.inf))
-    return jnp.where(jnp.any(usable), best, NONE)
 
 
 def hypervolume(
