@@ -21,7 +21,12 @@ from mjx_inertia.dataset import SensorNoise
 from mjx_inertia.dataset.push import Push, shared_scene
 from mjx_inertia.dataset.recording import MeasuredPush
 from mjx_inertia.estimators import TARGETS, EstimateStatus
-from mjx_inertia.estimators.force_driven import ForceDrivenSettings, Instrument, load_instrument
+from mjx_inertia.estimators.force_driven import (
+    ForceDrivenSettings,
+    Instrument,
+    NextPush,
+    load_instrument,
+)
 from mjx_inertia.estimators.sysid import (
     Fit,
     SysidProblem,
@@ -31,12 +36,21 @@ from mjx_inertia.estimators.sysid import (
     observed,
     planar_estimates,
 )
+from mjx_inertia.estimators.sysid.next_push import (
+    PusherLimits,
+    candidates,
+    choose,
+    expected_information,
+    target_slopes,
+)
 from mjx_inertia.evaluation import draw_fit, fit_signals
 from mjx_inertia.pushing import PushRecord, PushSetup, PushStatus, with_few_lengths, with_samples
 from mjx_inertia.recorded import RecordedBody, identify_recorded
+from mjx_inertia.recorded.report import write_page
 from mjx_inertia.spatial import AnyArray
 
 _DEFAULT = SysidSettings(progress=False)
+_LIMITS = PusherLimits()
 _ORIGIN = np.zeros(2)  # where the centroid of the outline lies in the tracked frame of a `Push`
 _DETERMINED = 0.5  # share of the prior variance below which the pushes determine a parameter
 # Name, unit and its factor, in the order of `TARGETS`.
@@ -115,6 +129,48 @@ class IdentifiedBody:
             scene, s = shared_scene(self.settings.scene), self.settings
             signals = fit_signals(scene, record, setup, self.fit, 0, _ORIGIN, s)
         return draw_fit(signals, self.fit, 0, self.settings)
+
+    def report(self, path: str | Path) -> None:
+        """Writes a self-contained HTML page: parameters, signals and their fit.
+
+        Raises:
+          OSError: the file cannot be written.
+        """
+        used = [i for i, s in enumerate(self.push_status) if s == PushStatus.OK]
+        pictures = [(f"Push {i + 1}", self.draw(i)) for i in used if self.fit is not None]
+        lines = self.explain().split("\n")
+        write_page(Path(path), "Body", lines, pictures, notes=(self.settings,))
+
+    def next_push(self, limits: PusherLimits = _LIMITS) -> NextPush:
+        """The push of a box that is expected to tell most, among normals of its faces.
+
+        Its point counts from the centroid of the outline.
+
+        Raises:
+          ValueError: there is no estimate to plan with, or the object is no box.
+        """
+        if self.fit is None or self.status != EstimateStatus.OK:
+            raise ValueError("next_push: there is no estimate to plan with")
+        if self.setup.polygons is not None:
+            raise ValueError("next_push: candidates are known for boxes alone")
+        settings, names = self.settings, self.settings.estimated
+        half, radius = self.setup.half_extents[0], float(self.setup.friction_radius[0])
+        pushes = candidates(limits, half, radius, offsets=5, angles=1, speeds=1)
+        with jax.enable_x64(True):
+            z = np.tile(self.fit.search.z[0], (len(pushes), 1))
+            scene = shared_scene(settings.scene)
+            samples = math.ceil(float(pushes.setup.motion.duration.max()) * scene.settings.rate) + 1
+            gained = expected_information(scene, z, pushes, _ORIGIN, settings, samples=samples)
+        known = np.linalg.inv(np.asarray(self.fit.known.covariance)[0])
+        best, _ = choose(known, gained, target_slopes(settings))
+        after = np.linalg.inv(known + gained[best])
+        mass = names.index("mass") if "mass" in names else 0
+        return NextPush(
+            contact_point=np.asarray(pushes.contact_point)[best],
+            direction=np.asarray(pushes.setup.motion.direction)[best],
+            speed=float(pushes.setup.motion.speed[best]),
+            mass_sd=float(np.sqrt(after[mass, mass])) * settings.beliefs.mass.spread,
+        )
 
 
 def _rounded(value: float, error: float) -> str:

@@ -226,3 +226,14 @@ def test_the_python_of_the_readme_runs(capsys):
         exec(block, scope)
     assert scope["found"].status == EstimateStatus.OK
     assert capsys.readouterr().out.startswith("Mass: 2.0")
+
+
+@pytest.mark.long
+def test_a_report_and_the_next_push_of_a_simulated_push(tmp_path):
+    push = mi.simulate_push(BOX, (-0.075, 0.03), noise=NOISE)
+    found = mi.identify(push)
+    found.report(tmp_path / "report.html")
+    assert "Mass: " in (tmp_path / "report.html").read_text()
+    planned = found.next_push()
+    assert planned.mass_sd < np.sqrt(found.covariance[0, 0]) / found.mean[0]
+    assert np.linalg.norm(planned.direction) == pytest.approx(1.0)

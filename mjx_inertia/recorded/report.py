@@ -26,24 +26,46 @@ _MOST_DRAWN = 12  # pushes with a figure of signals
 _ARROW = 0.35  # of the object's diameter
 
 
-def write_recorded_report(path: Path, found: RecordedBody) -> None:
-    """Writes the page whole or not at all."""
+def write_page(
+    path: Path,
+    name: str,
+    lines: Sequence[str],
+    pictures: Sequence[tuple[str, Figure]],
+    rows: Sequence[Sequence[str]] = (),
+    notes: Sequence[object] = (),
+) -> None:
+    """Writes a page about one body, whole or not at all.
+
+    Args:
+      path: of the page.
+      name: of the body.
+      lines: what was found, in sentences.
+      pictures: figures with their titles.
+      rows: a table of single pushes, see the template.
+      notes: settings and the like, at the end.
+    """
     environment = Environment(
         loader=PackageLoader("mjx_inertia.recorded", "."),
         autoescape=True,
         undefined=StrictUndefined,
     )
-    pictures = [("The pushes, seen from above", _plan(found))]
-    pictures += [(f"Signals of {name}", figure) for name, figure in _signals(found)]
     text = environment.get_template("report.html.j2").render(
-        name=found.pushes[0].obj.name,
-        lines=found.explain().split("\n"),
-        rows=[_cells(row) for row in push_rows(found)],
+        name=name,
+        lines=lines,
+        rows=rows,
         pictures=[(title, Markup(to_data_uri(figure))) for title, figure in pictures],
-        instrument=found.instrument,
-        settings=found.settings,
+        notes=notes,
     )
     write_whole(path, text)
+
+
+def write_recorded_report(path: Path, found: RecordedBody) -> None:
+    """Writes the page of a body from its recordings."""
+    pictures = [("The pushes, seen from above", _plan(found))]
+    pictures += [(f"Signals of {name}", figure) for name, figure in _signals(found)]
+    rows = [_cells(row) for row in push_rows(found)]
+    notes = (found.instrument, found.settings)
+    write_page(path, found.pushes[0].obj.name, found.explain().split("\n"), pictures, rows, notes)
 
 
 def _cells(row: PushRow) -> list[str]:
