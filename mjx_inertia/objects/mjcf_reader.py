@@ -143,6 +143,8 @@ def _warn_of_legacy_inertia(
     spec: mujoco.MjSpec, closed: set[str], found: InertialParameters
 ) -> None:
     """Warns where the volume that MuJoCo takes for a mesh with notches is not the mesh's own."""
+    if not (closed and found.mass > 0.0):
+        return
     kind = mujoco.mjtMeshInertia
     exact = spec.copy()
     for mesh in exact.meshes:

@@ -185,10 +185,10 @@ def _shapes(
 
 def _geometry(element: ET.Element, where: str, path: Path) -> trimesh.Trimesh:
     """In the frame of the geometry, m."""
-    geometry = element.find("geometry")
-    if geometry is None or len(geometry) == 0:
-        raise ValueError(f"{where}: expected a <geometry> with a shape, found none")
-    shape = geometry[0]
+    shapes = element.findall("geometry/*")
+    if len(shapes) != 1:
+        raise ValueError(f"{where}: expected a <geometry> with one shape, found {len(shapes)}")
+    shape = shapes[0]
     if shape.tag == "mesh":
         mesh = read_mesh(_mesh_path(_attribute(shape, "filename", where), where, path))
         scale = _numbers(shape, "scale", 3, where) if "scale" in shape.attrib else np.ones(3)

@@ -195,6 +195,12 @@ BAD = {
         b"<mujoco><worldbody>" + b"<body>" * 10**4 + b"</body>" * 10**4 + b"</worldbody></mujoco>",
         "MuJoCo cannot compile it",
     ),
+    "two.urdf": (
+        f'<robot name="r"><link name="a">{BOX}</link></robot>'.replace(
+            "</geometry>", '<sphere radius="1"/></geometry>'
+        ).encode(),
+        "link 'a', visual 0: expected a <geometry> with one shape, found 2",
+    ),
     "encoding.urdf": (b'<?xml version="1.0" encoding="no-such"?><robot/>', "not an XML file"),
     "flex.xml": (
         b'<mujoco><worldbody><body name="b"><geom size="0.1"/><flexcomp name="cloth" type="grid" '
