@@ -1,6 +1,6 @@
 """Object files as they are found: mass, CoM and tensor of each against an independent reader.
 
-    python experiments/objects_in_the_wild.py root=FOLDER [files=200] [limit_s=60]
+    python experiments/objects_in_the_wild.py root=FOLDER [kinds=[urdf,mjcf]] [files=200]
 
 Imports the URDF, MJCF and mesh files below a folder (each content once; `files` of them drawn at
 random), meshes with 1000 kg/m³. References: the stated inertials summed by Pinocchio for URDF, C
@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
@@ -49,7 +49,8 @@ REFUSALS = {
     r"MuJoCo cannot compile": "MuJoCo cannot compile it",
     r"not an XML file": "no XML",
     r"apart as seen from above": "bodies apart",
-    r"bounds no solid|is flat": "a shape without volume",
+    r"bounds no solid|is flat|unknown shape": "a shape without volume",
+    r"is none of the links|one shape, found|finite number": "XML that is no URDF",
     r"no link with mass or shape|no visual and no collision": "no shape",
     r"expected a mesh": "no mesh",
 }
@@ -62,6 +63,7 @@ class Options:
     """Command-line options."""
 
     root: str | None = None  # folder to walk
+    kinds: tuple[Literal["urdf", "mjcf", "mesh"], ...] = ("urdf", "mjcf", "mesh")  # to read
     files: int = 0  # to read; all if 0
     limit_s: float = 60.0  # for one file
     seed: int = 0  # of the files drawn
@@ -93,12 +95,12 @@ def kind_of(path: Path) -> str | None:
     return None
 
 
-def found_files(root: Path) -> dict[Path, str]:
-    """Files below a folder with their kinds; each content once."""
+def found_files(root: Path, kinds: tuple[str, ...]) -> dict[Path, str]:
+    """Files of some kinds below a folder; each content once."""
     contents: set[bytes] = set()
     files = {}
     for path in sorted(root.rglob("*")):
-        if path.is_file() and (kind := kind_of(path)):
+        if path.is_file() and (kind := kind_of(path)) in kinds:
             content = hashlib.sha256(path.read_bytes()).digest()
             if content not in contents:
                 contents.add(content)
@@ -259,9 +261,11 @@ def main(options: Options, folder: Path) -> dict[str, Any]:
     if options.root is None or not Path(options.root).is_dir():
         raise ValueError(f"root={options.root}: expected a folder to walk")
     root = Path(options.root).resolve()
-    files = found_files(root)
+    files = found_files(root, options.kinds)
     if not files:
-        raise ValueError(f"root={options.root}: no URDF, MJCF or mesh file below it")
+        raise ValueError(
+            f"root={options.root}: no file of the kinds {list(options.kinds)} below it"
+        )
     known = len(files)
     if 0 < options.files < known:
         drawn = np.random.default_rng(options.seed).choice(known, options.files, replace=False)

@@ -78,6 +78,8 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
             massless.append(name)
     if not bodies:
         lacking += [f"link {name!r} has no <inertial>" for name in massless]
+    elif not any(body.mass > 0.0 for body in bodies):
+        lacking.append("its links have 0 kg")
     elif massless:
         warnings.warn(f"links without <inertial> are massless: {massless}", stacklevel=4)
     friction = root.find("link/contact/lateral_friction")

@@ -71,6 +71,16 @@ def test_a_link_with_a_shape_alone_is_massless(tmp_path):
     np.testing.assert_allclose(found.inertial.inertia, 0.005 * np.eye(3), atol=1e-12)
 
 
+def test_links_of_no_mass_at_all_ask_for_one(tmp_path):
+    nothing = STATED.replace("0.005", "0").replace('mass value="1"', 'mass value="0"')
+    (tmp_path / "plane.urdf").write_text(
+        f'<robot name="r"><link name="a">{nothing}{BOX}</link></robot>'
+    )
+    with pytest.raises(ValueError, match="its links have 0 kg; give `density`"):
+        import_object(tmp_path / "plane.urdf")
+    assert import_object(tmp_path / "plane.urdf", mass=2.0).inertial.mass == pytest.approx(2.0)
+
+
 def test_a_stated_inertia_needs_no_solid(tmp_path):
     without_a_face(trimesh.creation.box((0.2,) * 3)).export(tmp_path / "open.stl")
     (tmp_path / "a.urdf").write_text(of_mesh("open.stl", STATED))
