@@ -1,16 +1,19 @@
-"""Files that are written whole or not at all, and archives of arrays that say what is wrong.
+"""Files that are written whole or not at all; archives and XML that say what is wrong with them.
 
-In: a path and bytes, text or arrays by name. Out: the file; or the arrays of an `.npz` file again.
+In: a path and bytes, text or arrays by name. Out: the file; or the arrays of an `.npz` file again,
+or the root element of an XML file.
 """
 
 import contextlib
 import os
+import re
 import uuid
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
+from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy import ndarray
@@ -100,6 +103,33 @@ def read_arrays(path: Path, expected: str, remedy: str = "") -> Iterator[dict[st
             f"{path}: expected {expected}, found a file that is truncated, damaged or of another "
             f"kind ({error}){remedy}"
         ) from error
+
+
+def read_xml(path: Path) -> ET.Element:
+    """The root element of XML as it is found: blank lines first, prefixes without namespace.
+
+    Tags in the default namespace are without it.
+
+    Raises:
+      ValueError: the file is not XML.
+    """
+    text = path.read_bytes().strip()
+    try:
+        text.decode()
+    except UnicodeDecodeError:  # mostly a comment in Latin-1
+        text = re.sub(rb"^<\?xml.*?\?>", b"", text).decode("latin-1").encode()
+    used = set(re.findall(rb"[<\s]([A-Za-z_][\w.-]*):[A-Za-z_]", text)) - {b"xml", b"xmlns"}
+    unbound = [name for name in sorted(used) if b"xmlns:" + name not in text]
+    bound = b"".join(b" xmlns:%s='urn:%s'" % (name, name) for name in unbound)
+    try:
+        root = ET.fromstring(re.sub(rb"<(robot|mujoco)\b", rb"<\1" + bound, text, count=1))
+    except (ET.ParseError, LookupError, ValueError) as error:
+        raise ValueError(f"{path}: not an XML file ({error})") from None
+    default = root.tag.partition("}")[0] + "}" if root.tag.startswith("{") else ""
+    for element in root.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.removeprefix(default)
+    return root
 
 
 @contextlib.contextmanager

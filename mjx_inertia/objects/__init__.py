@@ -12,16 +12,14 @@ from mjx_inertia.objects.convex import (
     hull_vertices as hull_vertices,
     upright as upright,
 )
-from mjx_inertia.objects.depth_camera import (
+from mjx_inertia.objects.depth_views import (
     CameraSettings as CameraSettings,
+    FusionSettings as FusionSettings,
+    TriangleMesh as TriangleMesh,
     camera_ring as camera_ring,
     cast_views as cast_views,
     join_views as join_views,
     with_noise as with_noise,
-)
-from mjx_inertia.objects.depth_fusion import (
-    FusionSettings as FusionSettings,
-    TriangleMesh as TriangleMesh,
 )
 from mjx_inertia.objects.export import export_objects as export_objects
 from mjx_inertia.objects.manifolds import outlines_between as outlines_between

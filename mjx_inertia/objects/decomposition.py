@@ -18,6 +18,7 @@ import shapely
 from jaxtyping import Float
 from numpy import ndarray
 from shapely.geometry.base import BaseGeometry
+from tqdm import tqdm
 
 from mjx_inertia.objects.convex import (
     SECTIONS,
@@ -43,6 +44,7 @@ _COARSE = 0.003  # of the whole's extent: how close outlines are followed
 _MANY = 160  # pieces of a prism or a solid of revolution
 _MOST = 48  # bodies that a part is cut into
 _CORNERS = 64  # of a hull, beyond which it is made simpler
+_QUIET_S = 5.0  # without a word
 _CUTS = 5  # planes to choose from across each direction of a body
 
 
@@ -51,12 +53,14 @@ def object_pieces(parts: Sequence[Part], whole: manifold3d.Manifold) -> Pieces:
 
     Each part gives its own pieces where it has some; else its hull, if that adds little to the
     whole; else the pieces of the prism or the solid of revolution that it is; else those that
-    planes cut it into.
+    planes cut it into. A progress bar shows after 5 s.
     """
     solid = filled(whole)
     low, high = np.array(whole.bounding_box()).reshape(2, 3)
     coarse = _COARSE * float(np.linalg.norm(high - low))
-    return tuple(piece for part in parts for piece in _part_pieces(part, solid, coarse))
+    pieces = (piece for part in parts for piece in _part_pieces(part, solid, coarse))
+    # hundreds of bodies take minutes
+    return tuple(tqdm(pieces, desc="convex pieces", unit="piece", delay=_QUIET_S, leave=False))
 
 
 def _part_pieces(part: Part, whole: manifold3d.Manifold, coarse: float) -> Iterator[ndarray]:

@@ -54,8 +54,8 @@ def read_mesh(path: Path, unit: float | None = None) -> trimesh.Trimesh:
 
     Raises:
       FileNotFoundError: there is no such file.
-      ValueError: it is no mesh that `trimesh` reads, an empty one, or one in a unit that is not
-        known.
+      ValueError: it is no mesh that `trimesh` reads, an empty one, one whose faces name vertices
+        that are not there, or one in a unit that is not known.
     """
     if not path.is_file():
         found = "a folder" if path.is_dir() else "nothing"
@@ -70,6 +70,12 @@ def read_mesh(path: Path, unit: float | None = None) -> trimesh.Trimesh:
         ) from None
     if not len(mesh.faces):
         raise ValueError(f"{path}: expected a mesh of triangles, found {len(mesh.vertices)} points")
+    low, high = int(np.min(mesh.faces)), int(np.max(mesh.faces))
+    if low < 0 or high >= len(mesh.vertices):
+        raise ValueError(
+            f"{path}: expected faces of vertices 0 to {len(mesh.vertices) - 1}, found {low} to "
+            f"{high}"
+        )
     if not mesh.is_watertight:  # a soup of triangles, or corners split by their normals
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
     if unit is None:

@@ -171,7 +171,7 @@ def _figure(shown: Sequence[tuple[ObjectSummary, Picture]], columns: int) -> Fig
     for category, group in groups:
         title = f"{category or 'Objects'} ({len(group)})"
         place = (_MARGIN / width, 1.0 - (top + 0.7 * _HEADING) / height)
-        figure.text(*place, title, fontsize=17, weight="bold", color=_INK)
+        figure.text(*place, title, fontsize=17, weight="bold", color=_INK, parse_math=False)
         top += _HEADING
         for i, (figures, picture) in enumerate(group):
             left = _MARGIN + (i % columns) * _CELL
@@ -180,7 +180,10 @@ def _figure(shown: Sequence[tuple[ObjectSummary, Picture]], columns: int) -> Fig
             _cell(figure.add_axes(box), figures, picture)
             middle = (left + 0.5 * _CELL) / width
             name = figures.name.replace("_", " ")
-            figure.text(middle, 1.0 - (low + 16) / height, name, ha="center", fontsize=12.5)
+            figure.text(
+                middle, 1.0 - (low + 16) / height, name, ha="center", fontsize=12.5,
+                parse_math=False,
+            )  # fmt: skip
             figure.text(
                 middle, 1.0 - (low + 33) / height, _caption(figures), ha="center", fontsize=9,
                 color=_SOFT,

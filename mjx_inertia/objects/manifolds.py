@@ -14,7 +14,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 _SIMPLER = 1e-6  # m, by which a vertex of an outline may be off the line between its neighbours
-_GAP = 1e-5  # m: rounding parts bodies that touch by no more
+_GAP = 3e-4  # of the size: bodies that are closer than twice that touch, but for rounding
 _SPECK = 1e-6  # of the area: what is no larger is left by rounding
 _SLIVER = 1e-9  # of the volume: a body no larger is what rounding left between two that touch
 
@@ -92,7 +92,9 @@ def silhouette(solid: manifold3d.Manifold, name: str) -> Float[ndarray, "k 2"]:
     """
     area = covered(solid)
     if shapely.get_num_geometries(area) > 1:
-        area = area.buffer(_GAP, join_style="mitre").buffer(-_GAP, join_style="mitre")
+        low_x, low_y, high_x, high_y = area.bounds
+        gap = _GAP * float(np.hypot(high_x - low_x, high_y - low_y))
+        area = area.buffer(gap, join_style="mitre").buffer(-gap, join_style="mitre")
     parts = sorted(shapely.get_parts(area), key=lambda polygon: polygon.area)
     if sum(polygon.area for polygon in parts[:-1]) > _SPECK * parts[-1].area:
         between = 1e3 * parts[-1].distance(shapely.union_all(parts[:-1]))
@@ -150,6 +152,13 @@ def difference_volume(a: manifold3d.Manifold, b: manifold3d.Manifold) -> float:
 def _polygons(flat: manifold3d.CrossSection) -> shapely.geometry.base.BaseGeometry:
     filled = manifold3d.CrossSection(flat.to_polygons(), manifold3d.FillRule.Positive)
     polygons = [shapely.Polygon(c) for c in filled.simplify(_SIMPLER).to_polygons() if len(c) > 2]
-    outer = [p for p in polygons if p.exterior.is_ccw]
-    holes = [p for p in polygons if not p.exterior.is_ccw]
+    outer = [simple_polygons(p) for p in polygons if p.exterior.is_ccw]
+    holes = [simple_polygons(p) for p in polygons if not p.exterior.is_ccw]
     return shapely.union_all(outer).difference(shapely.union_all(holes))
+
+
+def simple_polygons(polygon: shapely.Polygon) -> shapely.geometry.base.BaseGeometry:
+    """The area inside a ring that `simplify` may have made to touch or cross itself."""
+    if polygon.is_valid:
+        return polygon
+    return shapely.make_valid(polygon, method="structure", keep_collapsed=False)

@@ -6,6 +6,7 @@ bodies in that body without joints are parts of it. The world's own geometries (
 left out.
 """
 
+import warnings
 from pathlib import Path
 
 import mujoco
@@ -30,6 +31,7 @@ from mjx_inertia.spatial import (
 )
 
 _UNNAMED = ("", "MuJoCo Model")  # what MuJoCo calls a model without a name
+_LEGACY = 0.01  # of mass and moments: what MuJoCo's `legacy` mesh inertia may be off
 _SAME = 1e-5  # of the size: a file's vertices and MuJoCo's, in single precision
 _Geom = mujoco.mjtGeom
 
@@ -37,9 +39,13 @@ _Geom = mujoco.mjtGeom
 def read_mjcf(path: Path) -> FileBody:
     """The body of a model.
 
+    Warns:
+      UserWarning: mesh inertia of the kind `legacy` that is off by more than 1 %, or friction that
+        differs between geometries.
+
     Raises:
-      ValueError: MuJoCo cannot read or compile it (with its message), it has no body or several, or
-        a joint that moves, by its name.
+      ValueError: MuJoCo cannot read or compile it (with its message), it has no body or several, a
+        joint that moves, by its name, or a flex.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(path))
@@ -48,22 +54,37 @@ def read_mjcf(path: Path) -> FileBody:
         model = spec.compile()
     except ValueError as error:
         raise ValueError(f"MuJoCo cannot compile it: {error}") from None
+    if model.nflex:
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, 0)
+        raise ValueError(f"flex {name!r}: an object is rigid; give its shape as geoms")
     # geometries that touch nothing are to look at
     poses = _body_poses(model)
     shapes: dict[bool, list[FileShape]] = {True: [], False: []}
+    closed: set[str] = set()  # names of meshes
     for geom in spec.geoms:
         if model.geom_bodyid[geom.id] > 0:
             touches = bool(model.geom_contype[geom.id] | model.geom_conaffinity[geom.id])
-            shapes[touches].append(_shape(geom, model, poses))
+            shape = _shape(geom, model, poses)
+            shapes[touches].append(shape)
+            if geom.meshname and shape.mesh.is_volume:
+                closed.add(geom.meshname)
     touching = np.flatnonzero(
         (model.geom_bodyid > 0) & (model.geom_contype | model.geom_conaffinity)
     )
+    slide = np.unique(model.geom_friction[touching, 0])
+    if len(slide) > 1:
+        warnings.warn(
+            f"geoms have friction {slide[0]:g} to {slide[-1]:g}; the object has that of the first",
+            stacklevel=4,
+        )
+    inertial = _inertial(model, poses)
+    _warn_of_legacy_inertia(spec, closed, inertial)
     texts = {text.name: text.data for text in spec.texts}
     return FileBody(
         name=path.stem if spec.modelname in _UNNAMED else spec.modelname,
         visuals=tuple(shapes[False]),
         collisions=tuple(shapes[True]),
-        inertial=_inertial(model, poses),
+        inertial=inertial,
         friction=float(model.geom_friction[touching[0], 0]) if len(touching) else None,
         category=texts.get(f"{spec.modelname}_category", ""),
         source=texts.get(f"{spec.modelname}_source", ""),
@@ -116,6 +137,33 @@ def _inertial(model: mujoco.MjModel, poses: dict[int, Transform]) -> InertialPar
         T_body_axes = _pose(model.body_ipos[i], model.body_iquat[i])
         bodies.append(change_frame_float64(own, T_top_body @ T_body_axes))
     return combine_float64(bodies)
+
+
+def _warn_of_legacy_inertia(
+    spec: mujoco.MjSpec, closed: set[str], found: InertialParameters
+) -> None:
+    """Warns where the volume that MuJoCo takes for a mesh with notches is not the mesh's own."""
+    if not (closed and found.mass > 0.0):
+        return
+    kind = mujoco.mjtMeshInertia
+    exact = spec.copy()
+    for mesh in exact.meshes:
+        if mesh.inertia == kind.mjMESH_INERTIA_LEGACY and mesh.name in closed:
+            mesh.inertia = kind.mjMESH_INERTIA_EXACT
+    try:
+        model = exact.compile()
+    except ValueError:  # MuJoCo finds a mesh open that is closed when its corners are joined
+        return
+    true = _inertial(model, _body_poses(model))
+    moment, true_moment = (np.linalg.eigvalsh(body.inertia) for body in (found, true))
+    mass_off = abs(float(found.mass / true.mass) - 1.0)
+    if mass_off > _LEGACY or np.abs(moment - true_moment).max() > _LEGACY * true_moment[-1]:
+        warnings.warn(
+            f"MuJoCo's `legacy` mesh inertia gives {found.mass:.4g} kg with a largest moment of "
+            f"{moment[-1]:.4g} kg m², the meshes {true.mass:.4g} kg with {true_moment[-1]:.4g}; "
+            '<mesh inertia="exact"> gives the latter',
+            stacklevel=4,
+        )
 
 
 def _shape(geom: mujoco.MjsGeom, model: mujoco.MjModel, poses: dict[int, Transform]) -> FileShape:

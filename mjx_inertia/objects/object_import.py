@@ -7,8 +7,7 @@ import dataclasses
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
-from xml.etree import ElementTree as ET
+from typing import Literal, get_args
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +15,7 @@ import manifold3d
 import numpy as np
 import trimesh
 
+from mjx_inertia.files import read_xml
 from mjx_inertia.objects.composition import SUPPORT_DEPTH, main_color
 from mjx_inertia.objects.convex import Pieces, hull_vertices
 from mjx_inertia.objects.decomposition import object_pieces
@@ -29,7 +29,7 @@ from mjx_inertia.objects.model import ObjectModel, Part, transform_mesh
 from mjx_inertia.objects.urdf_reader import read_urdf
 from mjx_inertia.spatial import InertialParameters, combine_float64
 
-Shape = Literal["visual", "collision"]
+Shape = Literal["visual", "collision", "hull"]
 
 _MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", ".dae", ".3mf")
 _ON_TABLE = 1e-6  # m: a body that close to z = 0 stays where it is
@@ -37,6 +37,7 @@ _CONVEX = 1e-4  # of the volume that a hull may add
 _OVERLAP = 1e-4  # of the volume that parts may share
 _AGREE = 1e-6  # relative: parts whose densities give the stated parameters
 _MISFIT = 1e-3  # of the size: how far stated parameters may leave the shape without a warning
+_LARGE, _HEAVY = 3.0, 300.0  # m, kg: nothing larger or heavier is held in a hand
 _DEFAULT_FRICTION = 0.4
 _GREY = (0.6, 0.6, 0.6)
 
@@ -52,25 +53,29 @@ def import_object(
 ) -> ObjectModel:
     """The object that a file describes.
 
-    Its surface is the union of the file's visual shapes. Collision shapes become the convex pieces;
-    one that is not convex is decomposed. Outline, height and support come from the surface. The
-    object keeps the axes of the file and is moved along z so that its lowest point is at z = 0;
-    whether it stands there by itself, its `stability` says.
+    Its surface is the union of the file's visual shapes. Where these bound no solid but the
+    inertial parameters are stated, it is that of the collision shapes or of the convex hulls.
+    Collision shapes become the convex pieces; one that is not convex is decomposed. Outline, height
+    and support come from the surface. The object keeps the axes of the file and is moved along z so
+    that its lowest point is at z = 0; whether it stands there by itself, its `stability` says.
 
     Args:
       path: of a `.urdf`, an `.xml` (MJCF or URDF) or a mesh file. Links may be joined by fixed
         joints, bodies without joints; a free joint to the world is allowed.
       density: kg/m³ of a uniform solid, instead of the inertial parameters in the file.
       mass: kg of a uniform solid, likewise.
-      shape: which of the file's shapes the surface is, where it has both.
+      shape: which of the file's shapes the surface is, where it has both; "hull" for the convex
+        hull of each visual shape, which need not be a solid.
       repair: whether the surface is repaired where it bounds no solid (`repair_mesh`), which a
         warning tells.
       unit: m, of the coordinates in a mesh file; if None, that which the file states (3MF, COLLADA)
         or metres. URDF and MJCF are in metres.
 
     Warns:
-      UserWarning: what was repaired, a defect too small to matter, or stated parameters that no
-        body within this shape has.
+      UserWarning: what was repaired, a defect too small to matter, another shape in place of one
+        that bounds no solid, links without mass, stated parameters that no body within this shape
+        has, `legacy` mesh inertia of MuJoCo that is off by more than 1 %, or a size or mass that
+        tells of another unit.
 
     Raises:
       FileNotFoundError: the file, or a mesh that it names, does not exist.
@@ -86,7 +91,8 @@ def import_object(
     try:
         _check_arguments(density, mass, shape, unit)
         body = _read(file, unit)
-        return _object(body, _solids(body, shape, repair), density, mass)
+        stated = body.inertial is not None and density is None and mass is None
+        return _object(body, _solids(body, shape, repair, stated), density, mass)
     except ValueError as error:
         already = str(error).startswith(f"{file}: ")
         raise ValueError(str(error) if already else f"{file}: {error}") from None
@@ -100,8 +106,8 @@ def _check_arguments(
     for name, value in (("density", density), ("mass", mass), ("unit", unit)):
         if value is not None and not is_positive(value):
             raise ValueError(f"{name}: {value!r} is not positive")
-    if shape not in ("visual", "collision"):
-        raise ValueError(f"shape: {shape!r}; choose 'visual' or 'collision'")
+    if shape not in get_args(Shape):
+        raise ValueError(f"shape: {shape!r}; choose one of {list(get_args(Shape))}")
 
 
 def _read(file: Path, unit: float | None) -> FileBody:
@@ -113,10 +119,7 @@ def _read(file: Path, unit: float | None) -> FileBody:
     if file.suffix.lower() not in (".urdf", ".xml", ".mjcf"):
         known = [".urdf", ".xml", ".mjcf", *_MESHES]
         raise ValueError(f"expected a name that ends in one of {known}")
-    try:
-        root = ET.parse(file).getroot()
-    except (ET.ParseError, UnicodeDecodeError) as error:
-        raise ValueError(f"expected XML, found {error}") from None
+    root = read_xml(file)
     if root.tag == "robot":
         return read_urdf(file, root)
     if root.tag == "mujoco":
@@ -140,6 +143,7 @@ def _object(
         _warn_of_misfit(inertial, from_manifold(whole.hull()))
     else:
         inertial = solid_properties_float64(from_manifold(whole), density)
+    _warn_of_unit(whole, float(inertial.mass))
     colored = [Part(solid.mesh, 1.0, solid.color or _GREY) for solid in solids]
     return ObjectModel(
         name=body.name,
@@ -190,22 +194,65 @@ def _warn_of_misfit(inertial: InertialParameters, hull: trimesh.Trimesh) -> None
         )
 
 
-def _solids(body: FileBody, shape: Shape, repair: bool) -> tuple[FileShape, ...]:
-    """The shapes whose union is the object, each of which bounds a solid."""
-    chosen, others = body.visuals, body.collisions
-    if shape == "collision":
-        chosen, others = others, chosen
-    if not (chosen or others):
+def _warn_of_unit(whole: manifold3d.Manifold, mass: float) -> None:
+    """Warns of an object that is too large or too heavy for a hand."""
+    low, high = np.array(whole.bounding_box()).reshape(2, 3)
+    size = float((high - low).max())
+    if size <= _LARGE and mass <= _HEAVY:
+        return
+    name, unit = ("millimetres", 1e-3) if size > 10.0 * _LARGE else ("centimetres", 1e-2)
+    smaller = f"; in {name} it would be {unit * size:.3g} m long" if size > _LARGE else ""
+    warnings.warn(
+        f"the object is {size:.3g} m long and has {mass:.3g} kg, more than anything held in a "
+        f"hand{smaller}: look at the unit of its meshes (`unit` for a mesh file, `scale` in URDF "
+        "and MJCF)",
+        stacklevel=4,
+    )
+
+
+def _solids(body: FileBody, shape: Shape, repair: bool, stated: bool) -> tuple[FileShape, ...]:
+    """The shapes whose union is the object, each of which bounds a solid.
+
+    Where the inertial parameters are stated, others stand in for those that bound none.
+    """
+    shapes = {"visual": body.visuals, "collision": body.collisions}
+    first, second = ("collision", "visual") if shape == "collision" else ("visual", "collision")
+    chosen = shapes[first] or shapes[second]
+    if not chosen:
         raise ValueError("expected a shape, found no visual and no collision geometry")
+    if shape == "hull":
+        return tuple(map(_hull, chosen))
     try:
-        return tuple(_sound(solid, repair) for solid in chosen or others)
+        return tuple(_sound(solid, repair) for solid in chosen)
     except ValueError as error:
-        ways = [] if repair else ["`repair=True`"]
-        if chosen and others:
-            other = "visual" if shape == "collision" else "collision"
-            ways.append(f"the {other} shapes (`shape={other!r}`)")
-        hint = f"; try {' or '.join(ways)}" if ways else ""
-        raise ValueError(f"{error}{hint}") from None
+        defect = str(error)
+    others = shapes[second] if shapes[first] else ()
+    ways = [] if repair else ["`repair=True`"]
+    if not stated:
+        ways += [f"the {second} shapes (`shape={second!r}`)"] if others else []
+        ways.append("the convex hull (`shape='hull'`)")
+        raise ValueError(f"{defect}; try {' or '.join(ways)}")
+    standing_in = f"the {second} shapes"
+    try:
+        solids = tuple(_sound(solid, repair) for solid in others)
+    except ValueError:
+        solids = ()
+    if not solids:
+        standing_in, solids = "the convex hulls", tuple(map(_hull, chosen))
+    hint = f"; {ways[0]} may mend them" if ways else ""
+    warnings.warn(
+        f"{defect}; {standing_in} stand in for such shapes, with the stated inertia{hint}",
+        stacklevel=4,
+    )
+    return solids
+
+
+def _hull(solid: FileShape) -> FileShape:
+    points = np.asarray(solid.mesh.vertices)
+    hull = manifold3d.Manifold.hull_points(points[np.isfinite(points).all(axis=1)])
+    if not hull.volume() > 0.0:
+        raise ValueError(f"{solid.where}: its convex hull is flat; a body needs volume")
+    return dataclasses.replace(solid, mesh=from_manifold(hull))
 
 
 def _sound(solid: FileShape, repair: bool) -> FileShape:
@@ -258,9 +305,7 @@ def _pieces(
     """Collision shapes as convex bodies; those of the surface where the file has none."""
     pieces: list[np.ndarray] = []
     for collision in collisions:
-        hull = manifold3d.Manifold.hull_points(collision.mesh.vertices)
-        if not hull.volume() > 0.0:
-            raise ValueError(f"{collision.where}: its mesh is flat; a body needs volume")
+        hull = to_manifold(_hull(collision).mesh)
         if hull.volume() - collision.mesh.volume <= _CONVEX * hull.volume():
             pieces.append(hull_vertices(collision.mesh.vertices))
             continue

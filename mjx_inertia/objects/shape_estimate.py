@@ -15,8 +15,15 @@ from jaxtyping import Array, Float
 from numpy import ndarray
 from scipy import stats
 
-from mjx_inertia.objects.depth_camera import CameraSettings, DepthViews, cast_views, with_noise
-from mjx_inertia.objects.depth_fusion import FusionSettings, TriangleMesh, fuse_views
+from mjx_inertia.objects.depth_views import (
+    CameraSettings,
+    DepthViews,
+    FusionSettings,
+    TriangleMesh,
+    cast_views,
+    fuse_views,
+    with_noise,
+)
 from mjx_inertia.objects.mesh_integrals import known_solid_properties
 from mjx_inertia.spatial import (
     AnyArray,

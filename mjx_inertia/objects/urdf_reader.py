@@ -1,9 +1,11 @@
 """A URDF file as one rigid body.
 
 In: a path. Out: `FileBody` in the frame of the root link. Links that fixed joints join become one
-body; a link without mass, inertia and geometry is a mere frame.
+body; a link without mass, inertia and geometry is a mere frame. Without <inertial> it is massless.
 """
 
+import os
+import warnings
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -13,6 +15,7 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray
 
+from mjx_inertia.files import read_xml
 from mjx_inertia.objects.export import NOTE
 from mjx_inertia.objects.file_body import (
     FileBody,
@@ -45,6 +48,9 @@ _CONTENT = ("inertial", "visual", "collision")
 def read_urdf(path: Path, root: ET.Element) -> FileBody:
     """The body that the links of a file make up; `root` is its element `robot`.
 
+    Warns:
+      UserWarning: links with a shape that are massless, beside others with mass.
+
     Raises:
       ValueError: a joint that moves, links that nothing joins or that share a name, or elements
         that are not as URDF defines them; each by its name. What is wrong with
@@ -58,7 +64,7 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
     poses = _link_poses(root, links)
     colors = {material.get("name"): _color(material) for material in root.findall("material")}
     # inertial parameters of each link, or why there are none
-    bodies, lacking = [], []
+    bodies, lacking, massless = [], [], []
     for name, T_root_link in poses.items():
         inertials = links[name].findall("inertial")
         if len(inertials) > 1:
@@ -69,7 +75,13 @@ def read_urdf(path: Path, root: ET.Element) -> FileBody:
             except ValueError as error:  # which matters only to those who ask for it
                 lacking.append(str(error))
         elif any(links[name].find(kind) is not None for kind in ("visual", "collision")):
-            lacking.append(f"link {name!r} has no <inertial>")
+            massless.append(name)
+    if not bodies:
+        lacking += [f"link {name!r} has no <inertial>" for name in massless]
+    elif not any(body.mass > 0.0 for body in bodies):
+        lacking.append("its links have 0 kg")
+    elif massless:
+        warnings.warn(f"links without <inertial> are massless: {massless}", stacklevel=4)
     friction = root.find("link/contact/lateral_friction")
     note = root.find(NOTE)
     note = {} if note is None else note.attrib
@@ -175,10 +187,10 @@ def _shapes(
 
 def _geometry(element: ET.Element, where: str, path: Path) -> trimesh.Trimesh:
     """In the frame of the geometry, m."""
-    geometry = element.find("geometry")
-    if geometry is None or len(geometry) == 0:
-        raise ValueError(f"{where}: expected a <geometry> with a shape, found none")
-    shape = geometry[0]
+    shapes = element.findall("geometry/*")
+    if len(shapes) != 1:
+        raise ValueError(f"{where}: expected a <geometry> with one shape, found {len(shapes)}")
+    shape = shapes[0]
     if shape.tag == "mesh":
         mesh = read_mesh(_mesh_path(_attribute(shape, "filename", where), where, path))
         scale = _numbers(shape, "scale", 3, where) if "scale" in shape.attrib else np.ones(3)
@@ -195,24 +207,39 @@ def _geometry(element: ET.Element, where: str, path: Path) -> trimesh.Trimesh:
 
 
 def _mesh_path(name: str, where: str, path: Path) -> Path:
-    """Where the mesh is: beside the file, or in the package that holds it."""
-    if name.startswith("file://"):
-        places = [Path(name.removeprefix("file://"))]
-    elif name.startswith("package://"):
-        inside = Path(name.removeprefix("package://"))
-        folders = path.resolve().parents
-        places = [folder / inside for folder in folders]
-        places += [folder / Path(*inside.parts[1:]) for folder in folders]
+    """Where the mesh is: beside the file, or in the package that its address names."""
+    if name.startswith("package://"):
+        package, _, inside = name.removeprefix("package://").partition("/")
+        places = [folder / inside for folder in _package_folders(package, path)]
+        at = (
+            f"in the package {package!r}, a folder of that name or with a package.xml of that name "
+            f"above {path}, beside one of these or in ROS_PACKAGE_PATH"
+        )
     else:
-        places = [path.parent / name]
+        places = [path.parent / name.removeprefix("file://")]
+        at = f"at {places[0]}"
     for place in places:
         if place.is_file():
             return place
-    raise FileNotFoundError(
-        f"{path}: {where}: expected the mesh {name!r} at {places[0]}"
-        + (f" or in another folder above {path.parent}" if len(places) > 1 else "")
-        + ", found no such file"
-    )
+    raise FileNotFoundError(f"{path}: {where}: expected the mesh {name!r} {at}, found no such file")
+
+
+def _package_folders(package: str, path: Path) -> list[Path]:
+    """Where a package may be: around the file, or on the search path of ROS."""
+    above = path.resolve().parents
+    around = [folder for folder in above if package in (folder.name, _package_name(folder))]
+    path_of_ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    searched = [Path(folder) for folder in path_of_ros if folder]
+    around += [folder for folder in searched if folder.name == package]
+    return around + [folder / package for folder in (*above, *searched)]
+
+
+def _package_name(folder: Path) -> str | None:
+    """The name that a folder's package.xml states."""
+    try:
+        return (read_xml(folder / "package.xml").findtext("name") or "").strip()
+    except (OSError, ValueError):
+        return None
 
 
 def _origin(element: ET.Element, where: str) -> Transform:

@@ -6,12 +6,11 @@ to. Joints that are left out (fingers, a second arm further out) are held at the
 position, and what they carry joins the link that they hang on.
 """
 
-import re
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from mjx_inertia.files import read_xml
 from mjx_inertia.robots.link_tree import (
     LinkTree,
     TreeJoint,
@@ -93,33 +92,12 @@ def load_robot(
 def _read(path: Path) -> LinkTree:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected an MJCF or URDF file")
-    root = _parse(path)
+    root = read_xml(path)
     if root.tag not in ("robot", "mujoco"):
         raise ValueError(
             f"{path}: the root element is <{root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
         )
     return read_urdf_links(path, root) if root.tag == "robot" else read_mjcf_links(path)
-
-
-def _parse(path: Path) -> ET.Element:
-    """The root element of XML as it is found: blank lines first, prefixes without namespace."""
-    text = path.read_bytes().strip()
-    try:
-        text.decode()
-    except UnicodeDecodeError:  # mostly a comment in Latin-1
-        text = re.sub(rb"^<\?xml.*?\?>", b"", text).decode("latin-1").encode()
-    used = set(re.findall(rb"[<\s]([A-Za-z_][\w.-]*):[A-Za-z_]", text)) - {b"xml", b"xmlns"}
-    unbound = [name for name in sorted(used) if b"xmlns:" + name not in text]
-    bound = b"".join(b" xmlns:%s='urn:%s'" % (name, name) for name in unbound)
-    try:
-        root = ET.fromstring(re.sub(rb"<(robot|mujoco)\b", rb"<\1" + bound, text, count=1))
-    except (ET.ParseError, ValueError) as error:
-        raise ValueError(f"{path}: not an XML file ({error})") from None
-    default = root.tag.partition("}")[0] + "}" if root.tag.startswith("{") else ""
-    for element in root.iter():
-        if isinstance(element.tag, str):
-            element.tag = element.tag.removeprefix(default)
-    return root
 
 
 def _robot(

@@ -7,8 +7,7 @@ from packaged_meshes import CLEAN, CROSSED, SCRATCHED, packaged_mesh
 from solids_of_known_mass import integrals_in_extended_precision, worst_difference
 
 from mjx_inertia.objects import mass_properties
-from mjx_inertia.objects.crossing_faces import crossing_faces
-from mjx_inertia.objects.mesh_defects import MeshDefect, find_defects
+from mjx_inertia.objects.mesh_defects import MeshDefect, crossing_faces, find_defects
 
 pytestmark = pytest.mark.float64
 

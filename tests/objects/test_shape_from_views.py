@@ -21,8 +21,7 @@ from mjx_inertia.objects import (
     mass_properties,
     with_noise,
 )
-from mjx_inertia.objects.depth_camera import point_cloud
-from mjx_inertia.objects.depth_fusion import fuse_views
+from mjx_inertia.objects.depth_views import fuse_views, point_cloud
 from mjx_inertia.objects.mesh_defects import find_defects
 from mjx_inertia.spatial import to_log_cholesky, to_planar
 

@@ -31,12 +31,7 @@ def prism_part(
 ) -> Part:
     """An upright prism from z = `base` to `base` + `height`.
 
-    Args:
-      plan: vertices in order, or a polygon that may have holes, m.
-      height: m.
-      base: m.
-      density: kg/m³.
-      color: of the part.
+    The plan is vertices in order, or a polygon that may have holes; lengths in m, density in kg/m³.
     """
     polygon = shapely.Polygon(plan) if isinstance(plan, ndarray) else plan
     mesh = trimesh.creation.extrude_polygon(polygon, height, engine="manifold")
@@ -53,11 +48,8 @@ def turned_part(
     of the true shape: its moments are then met within the fourth power of the facet's angle (2e-6
     with 48).
 
-    Args:
-      profile: radius and z of the vertices in order around the area that turns, m; radii from 0.
-      density: kg/m³.
-      color: of the part.
-      sections: facets around the axis; a multiple of 16.
+    The profile is radius (from 0) and z of the vertices in order around the area that turns, m;
+    `sections`, the facets around the axis, is a multiple of 16. Density in kg/m³.
     """
     area = shapely.Polygon(profile * [equal_area_factor(sections), 1.0])
     area = shapely.orient_polygons(area)

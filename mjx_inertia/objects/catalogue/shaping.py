@@ -133,10 +133,8 @@ def lathe(profile: Curve | CrossSection, segments: int = ROUND) -> Manifold:
 def vessel(curve: Curve, wall: float, segments: int = ROUND) -> Manifold:
     """A turned hollow body, open at the top, with a rounded rim.
 
-    Args:
-      curve: (n, 2), radius and height of the outside from the middle of the bottom to the rim, m.
-      wall: m, measured across the wall, bottom included.
-      segments: sides of a circle.
+    `curve` (n, 2) is radius and height of the outside from the middle of the bottom to the rim, m;
+    `wall` (m) is measured across the wall, bottom included.
     """
     return lathe(vessel_section(curve, wall), segments)
 

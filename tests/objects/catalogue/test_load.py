@@ -7,9 +7,8 @@ import pytest
 import trimesh
 
 from mjx_inertia.objects import load_catalogue
-from mjx_inertia.objects.catalogue import cache as cache_module, load as load_module
-from mjx_inertia.objects.catalogue.cache import load_model, save_model
-from mjx_inertia.objects.catalogue.load import build, recipes
+from mjx_inertia.objects.catalogue import load as load_module
+from mjx_inertia.objects.catalogue.load import build, load_model, recipes, save_model
 from mjx_inertia.objects.catalogue.recipe import Recipe
 from mjx_inertia.objects.model import Part, moved
 
@@ -151,6 +150,6 @@ def test_recipes_are_documented():
 
 def test_the_cache_knows_the_code_that_an_object_runs_on(tmp_path, monkeypatch):
     load_catalogue("cube", cache=tmp_path)
-    monkeypatch.setattr(cache_module, "_code", lambda: "changed")
+    monkeypatch.setattr(load_module, "_code", lambda: "changed")
     load_catalogue("cube", cache=tmp_path)
     assert len(list(tmp_path.iterdir())) == 2
