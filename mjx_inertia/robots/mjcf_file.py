@@ -17,8 +17,8 @@ from numpy import ndarray
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.robots.link_tree import LinkTree, TreeJoint, TreeLink
-from mjx_inertia.robots.rigid_links import about_axis, exact_pose, float64_parameters, shift
-from mjx_inertia.spatial import InertialParameters, Pose
+from mjx_inertia.robots.rigid_links import about_axis, exact_pose, shift
+from mjx_inertia.spatial import InertialParameters, Pose, inertial_float64
 
 _KINDS = {
     mujoco.mjtJoint.mjJNT_FREE: "free",
@@ -261,7 +261,7 @@ def _inertial(
         return None
     turn = _pose(model.body_iquat[body], np.zeros(3)).rotation
     inertia = (turn * model.body_inertia[body]) @ turn.T
-    return float64_parameters(float(model.body_mass[body]), model.body_ipos[body] - anchor, inertia)
+    return inertial_float64(float(model.body_mass[body]), model.body_ipos[body] - anchor, inertia)
 
 
 def _pose(quaternion: Float[ndarray, "4"], position: Float[ndarray, "3"]) -> Pose:
