@@ -27,7 +27,8 @@ class TreeJoint:
     velocity: float = np.inf  # greatest speed; infinite if not stated
     torque: float = np.inf  # greatest torque or force; infinite if not stated
     armature: float = 0.0  # inertia of the drive, kg m² or kg
-    coupled: str = ""  # name of what binds the joint to others; "" if nothing does
+    coupled: str = ""  # name of the constraint that binds the joint to others; "" if none does
+    shared_armature: str = ""  # name of what couples the joint's inertia to that of others
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,6 +6,7 @@ to. Joints that are left out (fingers, a second arm further out) are held at the
 position, and what they carry joins the link that they hang on.
 """
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -39,16 +40,18 @@ def load_robot(
     base: str | None = None,
     T_hand: Pose | None = None,
     planar: bool = False,
+    ignore_couplings: bool = False,
 ) -> Robot:
     """The robot whose hands are bodies, links or sites of a file.
 
-    The base is fixed if `base` names it, or if a single hand hangs on no free joint. Then the
+    The base is fixed if `base` names it, or if a single hand hangs on no base that floats. Then the
     joints between base and hands are the robot's; `Robot.note` names those that are held (at
     MuJoCo's `qpos0`, zero in URDF). The world is that of the file: the root link of a URDF, with
     gravity along its -z.
 
-    Otherwise the base floats: it is the body with a free joint (`floating` in URDF), or with two
-    slides and a hinge across both, which makes a planar robot. All joints behind it are the
+    A base that floats is the body with a free joint (`floating` in URDF), or with two slides along
+    x and y and a hinge about z, which makes a planar robot; `base="world"` (MJCF) takes these as
+    three joints of a robot on a fixed base. All joints behind it are the
     robot's, its frame is the world's, and gravity is left out. Sizes for looks and clearance are
     not read: `robot.replace(radius=..., base_size=...)` sets them.
 
@@ -61,6 +64,8 @@ def load_robot(
         them if None. Joints before it are held.
       T_hand: the hands' frames in those of the end effectors; the same frames if None.
       planar: take a base with a free joint as one that moves in its plane z = 0 only.
+      ignore_couplings: take joints that `mimic` others (URDF) or that an equality binds (MJCF) as
+        independent, as the mass matrices of Pinocchio and MuJoCo do; `Robot.note` names them.
 
     Raises:
       ValueError: the file is not XML of either kind, a name is not in it, no joint moves a hand, a
@@ -69,13 +74,13 @@ def load_robot(
         name.
       FileNotFoundError: there is no such file.
     """
-    tree = _read(Path(path))
+    tree = _uncoupled(_read(Path(path))) if ignore_couplings else _read(Path(path))
     names = (end_effector,) if isinstance(end_effector, str) else tuple(end_effector)
     if len(set(names)) < max(len(names), 1):
         raise ValueError(f"`end_effector` is {names}: name each hand once")
     ends = [named_frame(tree, "end_effector", name) for name in names]
     root, flat = _WORLD, False
-    if floats := base is None and (len(names) > 1 or _hangs_on_free_joint(tree, ends[0][0])):
+    if floats := base is None and (len(names) > 1 or _hangs_on_floating_base(tree, ends[0][0])):
         root, flat = _floating_base(tree)
         below = [i for i in range(len(tree.links)) if root in ancestors_of(tree, i)]
         moving = [i for i in below if i != root and tree.links[i].joint is not None]
@@ -97,7 +102,20 @@ def _read(path: Path) -> LinkTree:
         raise ValueError(
             f"{path}: the root element is <{root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
         )
-    return read_urdf_links(path, root) if root.tag == "robot" else read_mjcf_links(path)
+    return read_urdf_links(path, root) if root.tag == "robot" else read_mjcf_links(path, root)
+
+
+def _uncoupled(tree: LinkTree) -> LinkTree:
+    """The tree without equalities and `mimic`; a note names the joints."""
+    names = [link.joint.name for link in tree.links if link.joint and link.joint.coupled]
+    links = [
+        dataclasses.replace(link, joint=dataclasses.replace(link.joint, coupled=""))
+        if link.joint
+        else link
+        for link in tree.links
+    ]
+    remarks = [f"coupled in the file, independent here: {', '.join(names)}"] if names else []
+    return dataclasses.replace(tree, links=links, remarks=(*tree.remarks, *remarks))
 
 
 def _robot(
@@ -180,9 +198,12 @@ def _between(
     return sorted(moving)
 
 
-def _hangs_on_free_joint(tree: LinkTree, link: int) -> bool:
-    joints = [tree.links[i].joint for i in ancestors_of(tree, link)]
-    return any(joint is not None and joint.kind == "free" for joint in joints)
+def _hangs_on_floating_base(tree: LinkTree, link: int) -> bool:
+    path = ancestors_of(tree, link)
+    joints = [tree.links[i].joint for i in path]
+    return any(joint is not None and joint.kind == "free" for joint in joints) or any(
+        _ends_planar_base(tree, i) for i in path
+    )
 
 
 def _floating_base(tree: LinkTree) -> tuple[int, bool]:
@@ -237,10 +258,12 @@ def _checked(tree: LinkTree, i: int) -> TreeJoint:
             f"{tree.path}: joint {joint.name!r} is {joint.kind}, and a robot has revolute and "
             "prismatic joints; write a ball joint as three hinges, or give a `base` behind it"
         )
-    if joint.coupled:
+    if joint.coupled or joint.shared_armature:
+        remedy = ", or pass `ignore_couplings=True`" if not joint.shared_armature else ""
+        by = joint.shared_armature or joint.coupled
         raise ValueError(
-            f"{tree.path}: joint {joint.name!r} is coupled to others by {joint.coupled}, and all "
-            "joints of a robot are independent; take the coupling out of the file"
+            f"{tree.path}: joint {joint.name!r} is coupled to others by {by}, and all joints of a "
+            f"robot are independent; take the coupling out of the file{remedy}"
         )
     return joint
 
@@ -256,7 +279,7 @@ def _check_planar(tree: LinkTree, robot: Robot) -> None:
             raise ValueError(
                 f"{tree.path}: joint {robot.joint_names[i]!r} moves its link out of the plane "
                 "z = 0 of the base, and the robot is planar; give the base a free joint and leave "
-                "`planar` False"
+                "`planar` False, or name a fixed `base`, such as 'world'"
             )
 
 

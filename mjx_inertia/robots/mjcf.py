@@ -14,9 +14,8 @@ from jaxtyping import Float
 from numpy import ndarray
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.robots.rigid_links import float64_parameters
 from mjx_inertia.robots.robot import BASE, Robot, joint_names
-from mjx_inertia.spatial import AnyArray, InertialParameters, Pose
+from mjx_inertia.spatial import AnyArray, InertialParameters, Pose, inertial_float64
 
 Color = tuple[float, float, float, float]
 SIDES = ("right", "left")
@@ -174,8 +173,8 @@ def _add_links(base: mujoco.MjsBody, robot: Robot) -> list[mujoco.MjsBody]:
 
 def _link(robot: Robot, i: int) -> InertialParameters:
     if float(robot.links.mass[i]) == 0.0:  # one of several joints of one body
-        return float64_parameters(_WEIGHTLESS, np.zeros(3), _WEIGHTLESS * np.eye(3))
-    return float64_parameters(robot.links.mass[i], robot.links.com[i], robot.links.inertia[i])
+        return inertial_float64(_WEIGHTLESS, np.zeros(3), _WEIGHTLESS * np.eye(3))
+    return inertial_float64(robot.links.mass[i], robot.links.com[i], robot.links.inertia[i])
 
 
 def _add_motor(spec: mujoco.MjSpec, joint: str, torque: float) -> None:

@@ -6,7 +6,9 @@ positions are MuJoCo's. Damping, friction, springs, gravity compensation and flu
 and `LinkTree.remarks` says so. Joints that equalities or a tendon's armature couple are marked.
 """
 
+import math
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import mujoco
 import numpy as np
@@ -15,8 +17,8 @@ from numpy import ndarray
 from scipy.spatial.transform import Rotation
 
 from mjx_inertia.robots.link_tree import LinkTree, TreeJoint, TreeLink
-from mjx_inertia.robots.rigid_links import about_axis, exact_pose, float64_parameters, shift
-from mjx_inertia.spatial import InertialParameters, Pose
+from mjx_inertia.robots.rigid_links import about_axis, exact_pose, shift
+from mjx_inertia.spatial import InertialParameters, Pose, inertial_float64
 
 _KINDS = {
     mujoco.mjtJoint.mjJNT_FREE: "free",
@@ -24,19 +26,56 @@ _KINDS = {
     mujoco.mjtJoint.mjJNT_SLIDE: "prismatic",
     mujoco.mjtJoint.mjJNT_HINGE: "revolute",
 }
+_REPEATING = ("replicate", "composite", "flexcomp")  # elements with a `count` of copies
+_MOST_ELEMENTS = 100_000  # copies included
 
 
-def read_mjcf_links(path: Path) -> LinkTree:
+def read_mjcf_links(path: Path, root: ET.Element) -> LinkTree:
     """The bodies of a file.
 
+    Args:
+      path: of the file.
+      root: its element `mujoco`.
+
     Raises:
-      ValueError: what MuJoCo says against the file.
+      ValueError: what MuJoCo says against the file, or copies that would fill the memory.
     """
+    if (count := _expanded_size(path, root)) > _MOST_ELEMENTS:
+        raise ValueError(
+            f"{path}: {count:.0f} elements with all copies; a file may have {_MOST_ELEMENTS}: "
+            "lower `count` of its replicate or composite"
+        )
     try:
         model = mujoco.MjSpec.from_file(str(path)).compile()
     except (ValueError, mujoco.FatalError) as error:
         raise ValueError(f"{path}: MuJoCo does not compile it: {error}") from None
     return tree_of(model, str(path))
+
+
+def _expanded_size(path: Path, root: ET.Element) -> float:
+    """Elements of a file and those that it includes, after the copies that MuJoCo makes."""
+    size, waiting, seen = 0.0, [(root, 1.0)], {path}
+    while waiting:
+        element, copies = waiting.pop()
+        if element.tag in _REPEATING:
+            copies *= _copies(element)
+        size += copies
+        waiting += [(child, copies) for child in element]
+        file = path.parent / element.get("file", "")
+        if element.tag == "include" and file.is_file() and file not in seen:
+            seen.add(file)
+            try:
+                waiting.append((ET.parse(file).getroot(), copies))
+            except ET.ParseError:
+                continue  # MuJoCo says what is wrong with it
+    return size
+
+
+def _copies(element: ET.Element) -> float:
+    try:
+        return math.prod(max(float(word), 1.0) for word in element.get("count", "1").split())
+    except ValueError:
+        return 1.0  # MuJoCo says what is wrong with it
 
 
 def tree_of(model: mujoco.MjModel, path: str) -> LinkTree:
@@ -121,7 +160,7 @@ def _joint(model: mujoco.MjModel, j: int) -> tuple[TreeJoint, float]:
     name = model.joint(j).name or f"joint {j}"
     if kind in ("free", "ball"):
         up = np.array([0.0, 0.0, 1.0])
-        return TreeJoint(name, kind, up, coupled=_coupling(model, j)), 0.0
+        return TreeJoint(name, kind, up, coupled=_constraint(model, j)), 0.0
     limited = bool(model.jnt_limited[j])
     axis = np.array(model.jnt_axis[j])
     joint = TreeJoint(
@@ -132,7 +171,8 @@ def _joint(model: mujoco.MjModel, j: int) -> tuple[TreeJoint, float]:
         upper=float(model.jnt_range[j, 1]) if limited else np.inf,
         torque=_torque_limit(model, j),
         armature=float(model.dof_armature[model.jnt_dofadr[j]]),
-        coupled=_coupling(model, j),
+        coupled=_constraint(model, j),
+        shared_armature=_shared_armature(model, j),
     )
     return joint, float(model.qpos0[model.jnt_qposadr[j]])
 
@@ -157,13 +197,18 @@ def _torque_limit(model: mujoco.MjModel, j: int) -> float:
     return sum(stated) if stated else np.inf
 
 
-def _coupling(model: mujoco.MjModel, j: int) -> str:
-    """What binds a joint to others: an equality, a loop of bodies, the armature of a tendon."""
+def _constraint(model: mujoco.MjModel, j: int) -> str:
+    """The equality that binds a joint to others, one that closes a loop of bodies included."""
     unbound = _is_disabled(model, mujoco.mjtDisableBit.mjDSBL_EQUALITY)
     for e in range(0 if unbound else model.neq):
         if model.eq_active0[e] and j in _joints_of_equality(model, e):
             kind = mujoco.mjtEq(int(model.eq_type[e])).name.removeprefix("mjEQ_").lower()
             return f"equality {model.equality(e).name or e} ({kind})"
+    return ""
+
+
+def _shared_armature(model: mujoco.MjModel, j: int) -> str:
+    """The tendon whose armature couples a joint to others."""
     for t in np.flatnonzero(model.tendon_armature):
         if j in _joints_of_tendon(model, int(t)):
             return f"the armature of tendon {model.tendon(t).name or t}"
@@ -216,7 +261,7 @@ def _inertial(
         return None
     turn = _pose(model.body_iquat[body], np.zeros(3)).rotation
     inertia = (turn * model.body_inertia[body]) @ turn.T
-    return float64_parameters(float(model.body_mass[body]), model.body_ipos[body] - anchor, inertia)
+    return inertial_float64(float(model.body_mass[body]), model.body_ipos[body] - anchor, inertia)
 
 
 def _pose(quaternion: Float[ndarray, "4"], position: Float[ndarray, "3"]) -> Pose:

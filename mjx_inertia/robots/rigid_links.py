@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from scipy.spatial.transform import Rotation
 
-from mjx_inertia.spatial import AnyArray, InertialParameters, Pose, combine
+from mjx_inertia.spatial import InertialParameters, Pose, combine, inertial_float64
 
 _PRINTED_RIGHT_ANGLE = 1e-10  # rad; Baxter's file prints π/2 to eleven digits
 _ROUNDING = 4e-16  # of the entries of a rotation
@@ -48,21 +48,13 @@ def shift(offset: Float[ndarray, "3"]) -> Pose:
     return Pose(np.eye(3), np.asarray(offset, np.float64))
 
 
-def float64_parameters(
-    mass: float | AnyArray, com: Sequence[float] | AnyArray, inertia: AnyArray
-) -> InertialParameters:
-    """Parameters as NumPy arrays in double precision, which JAX takes as it takes its own."""
-    leaves = [np.asarray(x, np.float64) for x in (mass, com, inertia)]
-    return InertialParameters(*cast(list[jax.Array], leaves))
-
-
 def link_parameters(
     mass: float, com: Sequence[float], upper: Sequence[float], T_new_old: Pose | None = None
 ) -> InertialParameters:
     """A link of printed figures; the tensor's entries are xx, xy, xz, yy, yz, zz."""
     xx, xy, xz, yy, yz, zz = map(float, upper)
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    params = float64_parameters(mass, com, tensor)
+    params = inertial_float64(mass, com, tensor)
     return params if T_new_old is None else transform_parameters(params, T_new_old)
 
 
@@ -71,7 +63,7 @@ def cuboid_parameters(
 ) -> InertialParameters:
     """A uniform cuboid with edges (m) along the axes."""
     square = np.asarray(size, np.float64) ** 2
-    return float64_parameters(mass, center, np.diag(mass / 12.0 * (square.sum() - square)))
+    return inertial_float64(mass, center, np.diag(mass / 12.0 * (square.sum() - square)))
 
 
 def transform_parameters(params: InertialParameters, T_new_old: Pose) -> InertialParameters:
@@ -87,7 +79,7 @@ def transform_parameters(params: InertialParameters, T_new_old: Pose) -> Inertia
 def merge_links(bodies: Sequence[InertialParameters]) -> InertialParameters:
     """Bodies in one frame as one body; none at all weigh nothing."""
     if not bodies:
-        return float64_parameters(0.0, np.zeros(3), np.zeros((3, 3)))
+        return inertial_float64(0.0, np.zeros(3), np.zeros((3, 3)))
     if len(bodies) == 1:
         return bodies[0]
     with jax.enable_x64(True):

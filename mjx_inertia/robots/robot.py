@@ -15,7 +15,7 @@ import numpy as np
 from flax import struct
 from jaxtyping import Float
 
-from mjx_inertia.robots.rigid_links import transform_parameters
+from mjx_inertia.robots.rigid_links import merge_links, transform_parameters
 from mjx_inertia.spatial import AnyArray, InertialParameters, Pose, combine
 
 BASE = -1  # as parent of a link
@@ -90,9 +90,15 @@ def with_payload(robot: Robot, payload: InertialParameters, T_hand_obj: Pose) ->
     )
     held = transform_parameters(payload, T_link_hand @ T_hand_obj)
     if robot.payload is not None:
-        both = jax.tree.map(lambda *leaves: jnp.stack(leaves), robot.payload, held)
-        held = combine(both)
+        held = _joined(robot.payload, held)
     return robot.replace(payload=held)
+
+
+def _joined(a: InertialParameters, b: InertialParameters) -> InertialParameters:
+    """Two bodies in one frame as one; in NumPy, so that zeros stay known, unless traced."""
+    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((a, b))):
+        return combine(jax.tree.map(lambda *leaves: jnp.stack(leaves), a, b))
+    return merge_links([a, b])
 
 
 def joint_names(robot: Robot) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ dimensions.
 """
 
 import itertools
-from pathlib import Path as FilePath
+from pathlib import Path
 
 import jax
 import numpy as np
@@ -19,7 +19,7 @@ from numpy import ndarray
 from mjx_inertia.robots import BASE, Robot
 from mjx_inertia.robots.recursions import frames_at, hand_frame
 from mjx_inertia.space.manoeuvre import Manoeuvre
-from mjx_inertia.space.manoeuvre_path import Path
+from mjx_inertia.space.manoeuvre_path import ManoeuvrePath
 from mjx_inertia.spatial import Pose
 from mjx_inertia.spatial.components import stacked
 
@@ -29,7 +29,7 @@ Line = tuple[Float[ndarray, "_ 3"], dict[str, object]]
 
 
 def save_animation(
-    file: str | FilePath, manoeuvre: Manoeuvre, drawn: Path, per_second: int = 15
+    file: str | Path, manoeuvre: Manoeuvre, drawn: ManoeuvrePath, per_second: int = 15
 ) -> None:
     """Writes a GIF with one picture for each time of a path.
 
@@ -42,22 +42,22 @@ def save_animation(
     Raises:
       ValueError: a file of another kind, or fewer than two times.
     """
-    file = FilePath(file)
+    file = Path(file)
     if file.suffix.lower() != ".gif":
         raise ValueError(f"`file` is {file}: expected a name that ends in .gif")
     if len(drawn.time) < 2:
         raise ValueError(f"`drawn` has {len(drawn.time)} times: expected 2 or more")
-    films = _films(manoeuvre, drawn)
+    pictures = _picture_lines(manoeuvre, drawn)
     figure = Figure(figsize=(6.0, 6.0), layout="constrained")
     FigureCanvasAgg(figure)
     planar = manoeuvre.robot.planar
     ax = figure.add_subplot() if planar else figure.add_subplot(projection="3d")
-    everything = np.concatenate([line for lines in films for line, _ in lines])
+    everything = np.concatenate([line for lines in pictures for line, _ in lines])
     middle = (everything.max(0) + everything.min(0)) / 2.0
     half = (0.5 + _MARGIN) * float(np.ptp(everything, 0).max())
     writer = PillowWriter(fps=per_second)
     with writer.saving(figure, str(file), dpi=80):
-        for lines, time in zip(films, drawn.time, strict=True):
+        for lines, time in zip(pictures, drawn.time, strict=True):
             _draw(ax, lines, f"{float(time):.1f} s", (middle, half))
             writer.grab_frame()
 
@@ -76,13 +76,13 @@ def _draw(
     ax.set_aspect("equal")
 
 
-def _films(m: Manoeuvre, drawn: Path) -> list[list[Line]]:
+def _picture_lines(m: Manoeuvre, drawn: ManoeuvrePath) -> list[list[Line]]:
     """The lines of each picture, in the world."""
     robot = m.robot
     links = _link_lines(robot, np.asarray(drawn.motion.q))
     width = {"color": _LINK, "lw": 4, "solid_capstyle": "round"}
     way = np.asarray(drawn.T_world_base.translation)
-    films = []
+    pictures = []
     for k in range(len(way)):
         T_world_base, T_world_obj = drawn.T_world_base[k], drawn.T_world_obj[k]
         lines: list[Line] = [
@@ -93,8 +93,8 @@ def _films(m: Manoeuvre, drawn: Path) -> list[list[Line]]:
             shape = {"color": color, "ls": style, "lw": 2}
             lines += [(_apply(T, line), shape) for line in _ball(robot, m.capture.radius)]
         lines.append((way[: k + 1], {"color": _WAY, "lw": 1}))
-        films.append(lines)
-    return films
+        pictures.append(lines)
+    return pictures
 
 
 def _link_lines(robot: Robot, q: Float[ndarray, "t n"]) -> list[Float[ndarray, "t 2 3"]]:

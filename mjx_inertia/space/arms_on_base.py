@@ -13,7 +13,6 @@ from mjx_inertia.robots import BASE, Robot, lwa4d
 from mjx_inertia.robots.mjcf import SIDES
 from mjx_inertia.robots.rigid_links import (
     cuboid_parameters,
-    float64_parameters,
     merge_links,
     pose,
     stacked_links,
@@ -21,7 +20,7 @@ from mjx_inertia.robots.rigid_links import (
 )
 from mjx_inertia.robots.robot import joint_names
 from mjx_inertia.space.capture import Capture
-from mjx_inertia.spatial import InertialParameters, Pose
+from mjx_inertia.spatial import InertialParameters, Pose, inertial_float64
 
 _BUS_MASS, _BUS_EDGE = 150.0, 1.0  # kg, m
 _SHOULDER_Y = 0.35  # m
@@ -115,7 +114,7 @@ def servicer_capture() -> Capture:
         for turn, side in zip(turns, (-1.0, 1.0), strict=True)
     ]
     return Capture(
-        inertial=float64_parameters(12.0, (0.06, 0.03, -0.05), inertia),
+        inertial=inertial_float64(12.0, (0.06, 0.03, -0.05), inertia),
         T_hand_obj=stacked_poses([T.inverse() for T in T_obj_hand]),
         radius=0.3,
     )

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy import ndarray
 
 from mjx_inertia.robots import Robot
-from mjx_inertia.space.manoeuvre_path import Path
+from mjx_inertia.space.manoeuvre_path import ManoeuvrePath
 
 _CHOSEN = ("tab:red", "tab:green", "tab:orange", "tab:purple")
 # ten colours, then the same ones paler
@@ -43,7 +43,7 @@ def fronts_figure(
     return figure
 
 
-def path_figure(robot: Robot, path: Path) -> Figure:
+def path_figure(robot: Robot, path: ManoeuvrePath) -> Figure:
     """Fig. 7.3 and beyond: joints, their rates and accelerations, torques, wrenches, the base."""
     figure, axes = _axes(3, 2, (11.0, 9.0))
     time = np.asarray(path.time)

@@ -1,7 +1,7 @@
 """A manoeuvre from its start to its end: where everything is at any time, and what moves it.
 
-In: a manoeuvre and a decision. Out: `Path` at shares of the duration, for the replay in MuJoCo and
-for drawings. Costs read `Course` instead, at the few nodes of a quadrature.
+In: a manoeuvre and a decision. Out: `ManoeuvrePath` at shares of the duration, for the replay in
+MuJoCo and for drawings. Costs read `Course` instead, at the few nodes of a quadrature.
 """
 
 import jax
@@ -20,7 +20,7 @@ from mjx_inertia.spatial import AnyArray, Pose
 
 
 @struct.dataclass
-class Path:
+class ManoeuvrePath:
     """A manoeuvre at m times."""
 
     time: Float[AnyArray, " m"]  # s
@@ -35,7 +35,7 @@ class Path:
     T_world_base: Pose  # the base
     T_world_obj: Pose  # the object
 
-    def __getitem__(self, times: slice) -> "Path":
+    def __getitem__(self, times: slice) -> "ManoeuvrePath":
         """The manoeuvre at some of its times."""
         return jax.tree.map(lambda x: x[times], self)
 
@@ -45,7 +45,7 @@ def path(
     coefficients: Float[AnyArray, " c"],
     tau: Float[ndarray, " m"],
     total: bool = True,
-) -> Path:
+) -> ManoeuvrePath:
     """The manoeuvre at shares `tau` of its duration, ascending from 0, in NumPy's arrays.
 
     Args:
@@ -74,7 +74,7 @@ def path(
 
 def _path(
     manoeuvre: Manoeuvre, coefficients: Float[Array, " c"], tau: Float[ndarray, " m"], total: bool
-) -> Path:
+) -> ManoeuvrePath:
     m, robot, capture = manoeuvre, manoeuvre.robot, manoeuvre.capture
     count, every = len(tau), np.append(tau, m.rule.nodes)
     order = np.argsort(every)  # joints that follow do so from one time to the next
@@ -99,7 +99,9 @@ def _path(
     T_world_base = jax.vmap(lambda R, q: base_at(m, R, q))(rotation, motion.q)
     T_base_obj = Pose(nodes.object_rotation, nodes.object_place)
     time = jnp.asarray(tau * m.duration, coefficients.dtype)
-    return Path(time, motion, nodes, hands, torque, T_world_base, T_world_base @ T_base_obj)
+    return ManoeuvrePath(
+        time, motion, nodes, hands, torque, T_world_base, T_world_base @ T_base_obj
+    )
 
 
 def _angular(twist: Float[Array, "n k"]) -> Float[Array, "n 3"]:

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from mjx_inertia.robots.mjcf import SIDES
 from mjx_inertia.space.manoeuvre import CourseStatus, Manoeuvre, course
-from mjx_inertia.space.manoeuvre_path import Path, path
+from mjx_inertia.space.manoeuvre_path import ManoeuvrePath, path
 from mjx_inertia.space.mjcf import capture_spec
 from mjx_inertia.spatial import AnyArray, Pose
 
@@ -149,7 +149,7 @@ def disagreement(replay: Replay) -> Disagreement:
 
 
 def _simulated(
-    m: Manoeuvre, wanted: Path, time: Float[ndarray, " t"], s: ReplaySettings
+    m: Manoeuvre, wanted: ManoeuvrePath, time: Float[ndarray, " t"], s: ReplaySettings
 ) -> tuple[ReplaySignals, tuple[ndarray, ndarray, ndarray]]:
     per_sample = int(np.ceil((time[1] - time[0]) / s.step))
     step = (time[1] - time[0]) / per_sample
@@ -240,7 +240,7 @@ def _signals(
     return signals, (column["q"], column["momentum"], column["energy"])
 
 
-def _predicted(m: Manoeuvre, wanted: Path, time: Float[ndarray, " t"]) -> ReplaySignals:
+def _predicted(m: Manoeuvre, wanted: ManoeuvrePath, time: Float[ndarray, " t"]) -> ReplaySignals:
     """The path at the times of the samples."""
 
     def at(values: ndarray) -> ndarray:

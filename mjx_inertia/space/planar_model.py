@@ -9,10 +9,9 @@ import dataclasses
 
 import numpy as np
 
-from mjx_inertia.robots.rigid_links import float64_parameters
 from mjx_inertia.robots.robot import BASE, Robot
 from mjx_inertia.space.capture import Capture
-from mjx_inertia.spatial import Pose
+from mjx_inertia.spatial import Pose, inertial_float64
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,10 +73,10 @@ def planar_robot(settings: PlanarSettings | None = None) -> Robot:
     hand = np.zeros((2, 3))
     hand[:, 1] = s.link_length[2]
     return Robot(
-        base=float64_parameters(s.base_mass, np.zeros(3), base_moment * np.eye(3)),
+        base=inertial_float64(s.base_mass, np.zeros(3), base_moment * np.eye(3)),
         T_parent_joint=Pose(np.tile(np.eye(3), (6, 1, 1)), offsets),
         axis=axis,
-        links=float64_parameters(mass, com, moment[:, None, None] * np.eye(3)),
+        links=inertial_float64(mass, com, moment[:, None, None] * np.eye(3)),
         armature=np.zeros(6),
         lower=np.tile(s.lower, 2),
         upper=np.tile(s.upper, 2),
@@ -105,7 +104,7 @@ def planar_capture(settings: PlanarSettings | None = None) -> Capture:
     center = np.array([0.0, s.object_radius, 0.0])
     inertia = 0.4 * s.object_mass * s.object_radius**2
     return Capture(
-        inertial=float64_parameters(s.object_mass, np.zeros(3), inertia * np.eye(3)),
+        inertial=inertial_float64(s.object_mass, np.zeros(3), inertia * np.eye(3)),
         T_hand_obj=Pose(np.stack([quarter, quarter.T]), np.stack([center, center])),
         radius=s.object_radius,
     )

@@ -203,6 +203,18 @@ def test_a_payload_on_a_payload_adds(held):
         np.testing.assert_allclose(actual, expected, atol=1e-12)
 
 
+def test_zeros_of_a_second_payload_stay_known():
+    """What is known of both is known of their sum: NumPy, with zeros exact."""
+    bodies = [InertialParameters(np.asarray(m), np.zeros(3), m * np.eye(3)) for m in (1.0, 0.3)]
+    arm = ARM.replace(T_link_hand=jax.tree.map(lambda x: x[None], Pose.identity()))
+    places = (Pose(np.eye(3), np.array([0.0, 0.0, z])) for z in (0.1, 0.2))
+    for body, place in zip(bodies, places, strict=True):
+        arm = with_payload(arm, body, place)
+    assert all(isinstance(leaf, np.ndarray) for leaf in jax.tree.leaves(arm.payload))
+    np.testing.assert_array_equal(arm.payload.com[:2], 0.0)
+    np.testing.assert_array_equal(arm.payload.inertia * (1.0 - np.eye(3)), 0.0)
+
+
 def test_payload_in_the_generated_model(held):
     (q, *_), payload, T_hand_obj, ours = held
     first = jax.tree.map(lambda x: x[0], (payload, T_hand_obj))

@@ -189,3 +189,52 @@ def test_endless_chains_are_refused_at_once(tmp_path):
     )
     with pytest.raises(ValueError, match="20000 links; a robot has at most 2000"):
         loaded(tmp_path, f'<robot name="r">{links}{joints}</robot>')
+
+
+def test_couplings_are_left_out_where_it_is_asked_for(tmp_path):
+    """Then both joints are independent, as in Pinocchio's model and MuJoCo's mass matrix."""
+    q = jnp.array([0.4, -0.7])
+    text = urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="j1"/>')
+    with pytest.raises(ValueError, match=r"by mimic, .* or pass `ignore_couplings=True`"):
+        loaded(tmp_path, text)
+    robot = loaded(tmp_path, text, ignore_couplings=True)
+    assert "coupled in the file, independent here: j1, j2" in robot.note
+    model = pinocchio.buildModelFromXML(text)
+    upper = np.triu(pinocchio.crba(model, model.createData(), np.asarray(q)))
+    np.testing.assert_allclose(np.triu(mass_matrix(robot, q)), upper, atol=1e-14)
+    tied = loaded(tmp_path, mjcf(LOOPS["tendon"]), "hand", ignore_couplings=True)
+    plain = loaded(tmp_path, mjcf(), "hand")
+    np.testing.assert_array_equal(mass_matrix(tied, q), mass_matrix(plain, q))
+
+
+def test_a_shared_armature_is_refused_though_couplings_are_left_out(tmp_path):
+    text = mjcf('<tendon><fixed name="t" armature="0.5"><joint joint="j1" coef="1"/><joint '
+                'joint="j2" coef="-1"/></fixed></tendon>')  # fmt: skip
+    with pytest.raises(ValueError, match="by the armature of tendon t"):
+        loaded(tmp_path, text, "hand", ignore_couplings=True)
+
+
+MANY = '<body><geom size="0.1"/></body>'
+
+
+@pytest.mark.parametrize(
+    "copies",
+    [
+        f'<replicate count="1000000">{MANY}</replicate>',
+        f'<replicate count="1000"><replicate count="1000">{MANY}</replicate></replicate>',
+        '<body><composite type="cable" count="1000000 1 1" size="1 0 0"/></body>',
+        '<include file="many.xml"/>',
+    ],
+    ids=["replicate", "nested", "composite", "include"],
+)
+def test_copies_that_would_fill_the_memory_are_refused(copies, tmp_path):
+    many = f'<mujocoinclude><replicate count="1000000">{MANY}</replicate></mujocoinclude>'
+    (tmp_path / "many.xml").write_text(many)
+    with pytest.raises(ValueError, match=r"elements with all copies; a file may have 100000"):
+        loaded(tmp_path, mjcf(inside=copies), "hand")
+
+
+def test_some_copies_are_read(tmp_path):
+    copies = f'<replicate count="3" offset="0.1 0 0">{MANY}</replicate>'
+    robot, plain = loaded(tmp_path, mjcf(inside=copies), "hand"), loaded(tmp_path, mjcf(), "hand")
+    assert robot.dof == 2 and robot.links.mass[1] > plain.links.mass[1]

@@ -99,6 +99,15 @@ def test_slides_and_a_hinge_make_a_planar_base(tmp_path):
     assert load_text(tmp_path, free, planar=True).planar
 
 
+def test_a_planar_base_floats_with_one_hand_as_with_two(tmp_path):
+    one = load_text(tmp_path, PLANAR_ROOT.format(axis="0 0 1"), "b")
+    two = load_text(tmp_path, PLANAR_ROOT.format(axis="0 0 1"))
+    assert one.planar and one.joint_names == two.joint_names
+    np.testing.assert_array_equal(one.base.mass, two.base.mass)
+    fixed = load_robot(tmp_path / "robot.xml", "b", base="world")
+    assert fixed.base is None and fixed.dof == 4 and fixed.gravity[2] < -9.0
+
+
 SPARE = '<body name="debris"><freejoint/><geom size="0.1"/></body>'
 CHAIN = '<equality><joint joint1="swing" joint2="lift"/></equality></mujoco>'
 BALL = 'name="elbow" type="ball"'
