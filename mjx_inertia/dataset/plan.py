@@ -85,10 +85,10 @@ def check_intervals(owner: Any, names: Iterable[str]) -> None:
 
 
 def check_counts(owner: Any, names: Iterable[str]) -> None:
-    """Raises ValueError, naming the field, unless fields are whole numbers above 0, or None."""
+    """Raises ValueError, naming the field, unless fields are whole numbers above 0."""
     for name in names:
         value = getattr(owner, name)
-        if value is not None and not (type(value) is int and value >= 1):
+        if not (type(value) is int and value >= 1):
             raise ValueError(f"dataset.protocol.{name}={value}: expected a positive whole number")
 
 
@@ -134,7 +134,8 @@ class CubesProtocol:
 
     def __post_init__(self) -> None:
         """Raises ValueError for pushes that cannot be."""
-        check_counts(self, ("points", "pushes_per_cube"))
+        given = () if self.pushes_per_cube is None else ("pushes_per_cube",)
+        check_counts(self, ("points", *given))
         check_positive(self, ("mass", "friction", "edge", "speeds", "length"))
         check_positive(self, ("tip_time_constant", "tip_radius"))
         check_intervals(self, ("tip_friction", "tip_time_constant"))

@@ -70,6 +70,8 @@ def read_mesh(path: Path, unit: float | None = None) -> trimesh.Trimesh:
         ) from None
     if not len(mesh.faces):
         raise ValueError(f"{path}: expected a mesh of triangles, found {len(mesh.vertices)} points")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise ValueError(f"{path}: expected corners by their number, found one that there is not")
     if not mesh.is_watertight:  # a soup of triangles, or corners split by their normals
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
     if unit is None:

@@ -97,7 +97,9 @@ def _numbers(
     fits = numbers.shape[1:] == (2,) if shape is None else numbers.shape == shape
     if not fits or not np.all(np.isfinite(numbers)):
         raise ValueError(f"{at}: key `{key}`: expected {expected}, found {value!r}")
-    if positive and not np.all(numbers > 0.0):
+    with np.errstate(over="ignore", under="ignore"):
+        single = numbers.astype(np.float32)  # as which it is stored
+    if positive and not np.all((single > 0.0) & np.isfinite(single)):
         raise ValueError(f"{at}: key `{key}`: expected {expected} above 0, found {value!r}")
     return numbers
 

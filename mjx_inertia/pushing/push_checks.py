@@ -73,7 +73,9 @@ def impossible_pushes(
     """
     wrong = np.zeros(len(arrays["contact_point"]), bool)
     sentence = ""
-    for name, good, expected in _conditions(scene, arrays, motion):
+    with np.errstate(invalid="ignore", over="ignore"):
+        conditions = list(_conditions(scene, arrays, motion))
+    for name, good, expected in conditions:
         new = ~good.reshape(len(wrong), -1).all(1)
         if new.any() and not sentence:
             row = int(np.flatnonzero(new)[0])
@@ -117,7 +119,7 @@ def _conditions(
     yield from _of_motion(arrays, motion)
     normal = arrays["contact_normal"]
     yield "contact_normal", _is_unit(normal), "a unit vector"
-    inward = (_travel(motion) * normal[:, None]).sum(-1).max(1) > 0.0
+    inward = _inward(motion, normal)
     yield "contact_normal", inward, "the inward normal: at some time the tip moves along it"
 
 
@@ -141,8 +143,8 @@ def _is_unit(vectors: Float[np.ndarray, "n 2"]) -> Bool[np.ndarray, " n"]:
     return np.abs(np.linalg.norm(vectors, axis=1) - 1.0) <= _UNIT
 
 
-def _travel(motion: Motion) -> Float[np.ndarray, "n k 2"]:
-    """Places of the tip from its start, or the direction of a straight path."""
-    if isinstance(motion, StraightMotion):
-        return np.asarray(motion.direction)[:, None]
-    return np.asarray(motion.offsets)
+def _inward(motion: Motion, normal: Float[np.ndarray, "n 2"]) -> Bool[np.ndarray, " n"]:
+    """Whether the tip is further along the normal than at its start, at some time."""
+    straight = isinstance(motion, StraightMotion)
+    travel = np.asarray(motion.direction)[:, None] if straight else np.asarray(motion.offsets)
+    return (travel * normal[:, None]).sum(-1).max(1) > 0.0

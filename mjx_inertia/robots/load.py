@@ -10,6 +10,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import jax
 import numpy as np
 
 from mjx_inertia.robots.link_tree import (
@@ -83,6 +84,11 @@ def load_robot(
     else:
         moving = _between(tree, names, [link for link, _ in ends], base)
     robot = _robot(tree, names, ends, moving, root, T_hand or Pose.identity())
+    bodies = (robot.T_parent_joint, robot.T_link_hand, robot.links, robot.base, robot.armature)
+    if not all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(bodies)):
+        raise ValueError(f"{tree.path}: a position, mass or inertia is not a finite number")
+    if not np.all(robot.lower <= robot.upper):  # NaN compares with nothing
+        raise ValueError(f"{tree.path}: a joint's limits {robot.lower}, {robot.upper} are no range")
     if planar and not floats:
         raise ValueError(f"{tree.path}: `planar` is of a base that floats, and this one is fixed")
     if planar or flat:
