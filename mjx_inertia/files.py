@@ -5,8 +5,11 @@ or the root element of an XML file.
 """
 
 import contextlib
+import lzma
+import math
 import os
 import re
+import struct
 import uuid
 import zipfile
 import zlib
@@ -22,9 +25,15 @@ from numpy import ndarray
 _UNEXPECTED = (
     zipfile.BadZipFile,
     zlib.error,
+    lzma.LZMAError,
+    struct.error,
+    AttributeError,
     EOFError,
-    KeyError,
+    LookupError,
+    MemoryError,
     OSError,
+    OverflowError,
+    RuntimeError,  # encrypted, or packed in a way that zipfile does not know
     TypeError,
     ValueError,
 )
@@ -93,6 +102,9 @@ def read_arrays(path: Path, expected: str, remedy: str = "") -> Iterator[dict[st
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected {expected}")
     try:
+        with zipfile.ZipFile(path) as archive:
+            for member in archive.infolist():
+                _check_size(archive, member)
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         yield arrays
@@ -130,6 +142,24 @@ def read_xml(path: Path) -> ET.Element:
         if isinstance(element.tag, str):
             element.tag = element.tag.removeprefix(default)
     return root
+
+
+def _check_size(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> None:
+    """Raises ValueError for an array that is not as large as its header says.
+
+    NumPy allocates what the header declares before it reads.
+    """
+    with archive.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        header = (
+            np.lib.format.read_array_header_1_0
+            if version == (1, 0)
+            else np.lib.format.read_array_header_2_0
+        )
+        shape, _, dtype = header(stream)
+        declared = stream.tell() + math.prod(shape) * dtype.itemsize
+    if declared != member.file_size:
+        raise ValueError(f"{member.filename} declares {declared} bytes, has {member.file_size}")
 
 
 @contextlib.contextmanager

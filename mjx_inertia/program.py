@@ -4,6 +4,7 @@ In: the name of a configuration in `configs/`, how it becomes settings and what 
 Out: a run folder for each job. `HYDRA_FULL_ERROR=1` asks for tracebacks.
 """
 
+import contextlib
 import os
 import sys
 import traceback
@@ -37,11 +38,12 @@ def run_program(
     Args:
       name: of the configuration.
       read: settings of a composed configuration; its `ValueError` is a fault of the command line.
-      work: to do with them, and the run folder. Its `ValueError`, `RuntimeError` or
-        `FileNotFoundError` leaves `error.txt` in the folder.
+      work: to do with them, and the run folder. Its `ValueError`, `RuntimeError` or `OSError`
+        leaves `error.txt` in the folder.
 
     Raises:
-      SystemExit: something is wrong, in one sentence; in a sweep after all jobs have run.
+      SystemExit: something is wrong, in one sentence; in a sweep after all jobs have run. 130
+        after an interrupt from the keyboard.
     """
     full_error = os.environ.get(FULL_ERROR)
 
@@ -52,13 +54,14 @@ def run_program(
         try:
             settings = read(config)
             work(settings, folder)
-        except (ValueError, RuntimeError, FileNotFoundError) as error:
+        except (ValueError, RuntimeError, OSError) as error:
             if full_error:
                 raise
             sentence = f"error: {error}"
             if settings is not None:
-                (folder / "error.txt").write_text(traceback.format_exc())
-                sentence += f" (where: {folder / 'error.txt'})"
+                with contextlib.suppress(OSError):  # the disk may be what fails
+                    (folder / "error.txt").write_text(traceback.format_exc())
+                    sentence += f" (where: {folder / 'error.txt'})"
             _end_job(sentence)
         finally:
             os.environ[FULL_ERROR] = "1"
@@ -69,10 +72,20 @@ def run_program(
         hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)(job)()
     except JobFailed:
         raise SystemExit(1) from None
+    except KeyboardInterrupt:
+        if full_error:
+            raise
+        print("interrupted: what is stored stays, the same command goes on after it",
+              file=sys.stderr)  # fmt: skip
+        raise SystemExit(130) from None
     except (HydraException, OmegaConfBaseException) as error:
         if full_error:
             raise
         raise SystemExit(f"error: {_sentence(error)}") from None
+    except OSError as error:  # of Hydra, which makes the run folder
+        if full_error:
+            raise
+        raise SystemExit(f"error: {error}") from None
     finally:
         _set_environment(FULL_ERROR, full_error)
 

@@ -237,7 +237,14 @@ def _run(settings: SweepSettings, folder: Path) -> None:
     if result is None:
         print("this shard is done; the store waits for the others")
         return
-    print(write_outputs(folder, result, settings.config_yaml))
+    try:
+        print(write_outputs(folder, result, settings.config_yaml))
+    except OSError as error:
+        print(format_table(summarize_all(result.evaluations)))  # what took the time is not lost
+        raise OSError(
+            f"{folder}: cannot write the results ({error.strerror or error}); the table is above, "
+            "the pushes stay in their store: mend the folder and run again"
+        ) from error
     for note in result.source.notes:
         print(note)
     print(f"\nreport: {folder / 'report.html'}")

@@ -158,6 +158,25 @@ def test_a_failing_job_leaves_the_others_of_a_sweep_to_run(small, run_script, ca
     assert json.loads((tmp_path / "many/1/result.json").read_text())["pushes"] == 1
 
 
+@pytest.mark.parametrize(
+    ("failure", "code", "sentence"),
+    [
+        ("KeyboardInterrupt", 130, "interrupted: what is stored stays"),
+        ("OSError(28, 'No space left on device')", None, "error: [Errno 28] No space left"),
+    ],
+)
+def test_an_interrupt_and_a_full_disk_are_one_line(
+    small, run_script, capsys, failure, code, sentence
+):
+    small.write_text(SCRIPT.replace("    if options", f"    raise {failure}\n    if options"))
+    found, _ = run_script(small)
+    told = capsys.readouterr().err if code else str(found)
+    assert told.startswith(sentence) and "Traceback" not in told
+    assert len(told.strip().splitlines()) == 1
+    if code:
+        assert found == code
+
+
 def test_the_report_needs_no_copy_of_the_configuration(small, run_script, monkeypatch, tmp_path):
     found = SweepResult(Source("none", lambda: iter(()), None, None, ()), {}, (), {}, None)
     monkeypatch.setattr("mjx_inertia.experiment.run_sweep", lambda settings: found)

@@ -116,10 +116,17 @@ def load_mcube(
     Raises:
       McubeFileError: the file is not a push, with its path, the key, what was expected and found.
       FileNotFoundError: there is no such file.
-      ValueError: a rate or radius that is not positive.
+      ValueError: a rate or radius that is not positive, or above 10 kHz or 1 m.
     """
     objects = load_mcube_objects() if objects is None else objects
     return record_from_bytes(read_bytes(path), str(path), objects, rate, tip_radius)
+
+
+def check_sampling(rate: float, tip_radius: float) -> None:
+    """Raises ValueError for a rate (Hz) or a radius of the tip (m) that cannot be."""
+    for name, value, most in (("rate", rate, 1e4), ("tip_radius", tip_radius, 1.0)):
+        if not 0.0 < value <= most:
+            raise ValueError(f"{name}={value}: expected a positive number up to {most:g}")
 
 
 def record_from_bytes(
@@ -130,9 +137,7 @@ def record_from_bytes(
     tip_radius: float,
 ) -> PushRecord:
     """As `load_mcube`, from the content of a file of the given name."""
-    for name, value in (("rate", rate), ("tip_radius", tip_radius)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name}: {value} is not positive")
+    check_sampling(rate, tip_radius)
     shape = parse_name(file).shape
     if shape not in objects:
         raise McubeFileError(

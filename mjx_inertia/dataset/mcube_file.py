@@ -10,7 +10,6 @@ import json
 import math
 import re
 import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path, PurePath
 
@@ -36,7 +35,10 @@ _COLUMNS = {
 }
 _FEWEST_STAMPS = 10
 _LARGEST = 1e12
-UNREADABLE = (zipfile.BadZipFile, zlib.error, OSError, RuntimeError)  # of damaged archives
+_LONGEST_GAP = 0.25  # s between two stamps; 0.08 s is the longest in the published pushes
+_MOST_REPEATED = 0.1  # of the stamps of a stream; none repeats in the published pushes
+_LARGEST_TABLE = 1 << 26  # bytes; of the published pushes none takes more than 25 kB
+_LARGEST_FILE = 1 << 28  # bytes of a member of an archive, unpacked
 
 
 class McubeFileError(ValueError):
@@ -128,6 +130,7 @@ class McubeSignals:
     pose: Signal  # x, y (m) and yaw (rad, unwrapped) of the object
     tip: Signal  # x, y of the tip's centre, m
     force: Signal  # on the object, N: minus the reaction on the pusher that the file holds
+    clock_jumps: bool = False  # whether the stamps of a stream leap, or many of them are equal
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -145,12 +148,20 @@ def read_bytes(path: str | Path) -> bytes:
             member = path.relative_to(archive).as_posix()
             try:
                 with zipfile.ZipFile(archive) as opened:
-                    return opened.read(member)
+                    return read_member(opened, member)
             except KeyError:
                 raise FileNotFoundError(f"{archive} has no member {member}") from None
-            except UNREADABLE as error:
+            except Exception as error:  # zipfile raises nearly any type for a damaged archive
                 raise McubeFileError(str(path), "archive", "a zip archive", str(error)) from None
     raise FileNotFoundError(f"no measurement file {path}")
+
+
+def read_member(archive: zipfile.ZipFile, member: str) -> bytes:
+    """Content of a member; raises ValueError for one that unpacks to more than 256 MiB."""
+    size = archive.getinfo(member).file_size
+    if size > _LARGEST_FILE:
+        raise ValueError(f"{member} unpacks to {size} bytes, more than {_LARGEST_FILE}")
+    return archive.read(member)
 
 
 def read_signals(content: bytes, file: str) -> McubeSignals:
@@ -164,9 +175,8 @@ def read_signals(content: bytes, file: str) -> McubeSignals:
       McubeFileError: not such a file, or a key missing, misshapen, too short or not finite.
     """
     tables = _json_tables if file.lower().endswith(".json") else _hdf5_tables
-    cleaned = {
-        key: _cleaned(_checked(table, key, file)) for key, table in tables(content, file).items()
-    }
+    checked = {key: _checked(table, key, file) for key, table in tables(content, file).items()}
+    cleaned = {key: _cleaned(table) for key, table in checked.items()}
     zero = max(stream.time[0] for stream, _ in cleaned.values())
     pose, tip, wrench = (
         Signal(cleaned[key][0].time - zero, cleaned[key][0].value) for key in _KEYS
@@ -179,6 +189,7 @@ def read_signals(content: bytes, file: str) -> McubeSignals:
         tip=Signal(tip.time, tip.value[:, :2]),
         # tau_z is about the sensor, not the object: the moment comes from the contact point.
         force=Signal(wrench.time, -wrench.value[:, :2]),
+        clock_jumps=any(_clock_jumps(table[:, 0]) for table in checked.values()),
     )
 
 
@@ -188,16 +199,34 @@ def _hdf5_tables(content: bytes, file: str) -> dict[str, object]:
     try:
         with h5py.File(io.BytesIO(content), "r") as opened:
             keys = sorted(opened)
-            tables = {key: np.asarray(opened[key]) for key in _KEYS if key in keys}
+            tables = {key: _hdf5_table(opened, key, file) for key in _KEYS if key in keys}
+    except McubeFileError:
+        raise
     except Exception as error:  # the library raises nearly any type for a damaged file
         raise McubeFileError(file, "file", "readable HDF5", str(error)) from None
     return _all_keys(tables, keys, file)
 
 
+def _hdf5_table(opened: h5py.File, key: str, file: str) -> ndarray:
+    """A table of this file; nothing is allocated for one that is elsewhere or too large."""
+    expected = f"a table of numbers in this file, up to {_LARGEST_TABLE} bytes"
+    if not isinstance(opened.get(key, getlink=True), h5py.HardLink):
+        raise McubeFileError(file, key, expected, "a link")
+    table = opened[key]
+    if not isinstance(table, h5py.Dataset):
+        raise McubeFileError(file, key, expected, type(table).__name__)
+    if table.external or table.is_virtual:
+        raise McubeFileError(file, key, expected, "a table that lies in another file")
+    size = math.prod(table.shape or ()) * table.dtype.itemsize
+    if table.dtype.kind not in "fiu" or size > _LARGEST_TABLE:
+        raise McubeFileError(file, key, expected, f"{table.dtype} of shape {table.shape}")
+    return np.asarray(table)
+
+
 def _json_tables(content: bytes, file: str) -> dict[str, object]:
     try:
         tables = json.loads(content)
-    except ValueError as error:  # of JSON or of its encoding
+    except (ValueError, RecursionError, MemoryError) as error:  # of JSON or of its encoding
         found = str(error) if content else "an empty file"
         raise McubeFileError(file, "file", "JSON", found) from None
     if not isinstance(tables, dict):
@@ -216,7 +245,7 @@ def _checked(table: object, key: str, file: str) -> Float[ndarray, "n 4"]:
     expected = f"numbers of shape (N, 4): {_COLUMNS[key]}"
     try:
         numbers = np.array(table, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError, RecursionError):
         raise McubeFileError(file, key, expected, "something else than numbers") from None
     if numbers.ndim != 2 or numbers.shape[1] != 4:
         raise McubeFileError(file, key, expected, f"shape {numbers.shape}")
@@ -232,6 +261,13 @@ def _checked(table: object, key: str, file: str) -> Float[ndarray, "n 4"]:
         )
         raise McubeFileError(file, key, f"finite numbers below {_LARGEST:g}", found)
     return numbers
+
+
+def _clock_jumps(stamps: Float[ndarray, " n"]) -> bool:
+    """Whether stamps leap or repeat so that the samples' times cannot be told from them."""
+    distinct = np.unique(stamps)
+    repeated = 1.0 - len(distinct) / len(stamps)
+    return bool(np.diff(distinct).max() > _LONGEST_GAP or repeated > _MOST_REPEATED)
 
 
 def _cleaned(table: Float[ndarray, "n 4"]) -> tuple[Signal, bool]:

@@ -17,8 +17,8 @@ from numpy import ndarray
 from tqdm import tqdm
 
 from mjx_inertia.dataset.batch import PushBatch, PushConditions, PushTruth
-from mjx_inertia.dataset.mcube import TIP_RADIUS, record_from_bytes
-from mjx_inertia.dataset.mcube_file import UNREADABLE, McubeFileError, McubePush, parse_name
+from mjx_inertia.dataset.mcube import TIP_RADIUS, check_sampling, record_from_bytes
+from mjx_inertia.dataset.mcube_file import McubeFileError, McubePush, parse_name, read_member
 from mjx_inertia.objects import ObjectModel, closest_on_outline, load_mcube_objects
 from mjx_inertia.pushing import PushRecord
 
@@ -139,8 +139,10 @@ def load_mcube_folder(
 
     Raises:
       FileNotFoundError: no such folder, or no measurement file below it.
-      ValueError: not one file could be read; the first reason is given.
+      ValueError: a rate or radius that cannot be, or not one file could be read; the first reason
+        is given.
     """
+    check_sampling(rate, tip_radius)
     root = Path(root)
     if not root.is_dir():
         raise FileNotFoundError(f"no folder {root}")
@@ -168,6 +170,10 @@ def load_mcube_folder(
                 records.append(record_from_bytes(content, name, objects, rate, tip_radius))
             except McubeFileError as error:
                 failures.append(McubeFailure(name, error.reason))
+                continue
+            except Exception as error:  # of whatever type: the other files are read
+                reason = f"file: expected a push, found {type(error).__name__}: {error}"
+                failures.append(McubeFailure(name, reason))
                 continue
             seen.add(push)
             files.append(name)
@@ -228,7 +234,7 @@ def _sources(root: Path, failures: list[McubeFailure]) -> list[_Source]:
             try:
                 with zipfile.ZipFile(path) as archive:
                     members = sorted(map(PurePosixPath, archive.namelist()))
-            except UNREADABLE as error:
+            except Exception as error:  # zipfile raises nearly any type
                 reason = f"archive: expected a zip archive, found {error}"
                 failures.append(McubeFailure(path.relative_to(root).as_posix(), reason))
                 continue
@@ -253,8 +259,8 @@ def _contents(sources: list[_Source]) -> Iterator[tuple[_Source, bytes | Excepti
                 else:
                     if source.path not in opened:
                         opened[source.path] = zipfile.ZipFile(source.path)
-                    content = opened[source.path].read(source.member)
-            except UNREADABLE as error:
+                    content = read_member(opened[source.path], source.member)
+            except Exception as error:  # zipfile raises nearly any type
                 content = error
             yield source, content
     finally:

@@ -22,6 +22,8 @@ OVERLAP = 5e-3  # m: the tip this deep inside the outline contradicts the tracke
 LOST_GAP = 3e-3  # m: a gap that tracking and a bending probe do not explain
 NO_FORCE = 0.1  # of the largest forces of the push: none is left
 LOST_TIME = 0.05  # s before the tip slows down
+LATE = 0.1  # s by which a force may follow the motion; it leads by 0.02 s or more in good pushes
+LOADED = 0.3  # of the largest forces of the push: the tip presses
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,7 +40,7 @@ class McubeSamples:
 def mcube_push_status(
     outline: Float[ndarray, "k 2"], signals: McubeSignals, samples: McubeSamples
 ) -> PushStatus:
-    """Checks values, then tracking, then the force sensor, then motion, then contact.
+    """Checks values, clocks, tracking, the force sensor, motion, contact, and force with motion.
 
     Args:
       outline: of the object, m, object frame.
@@ -47,21 +49,20 @@ def mcube_push_status(
     """
     time = samples.time
     pose, tip, force = (_within(s, time) for s in (signals.pose, signals.tip, signals.force))
-    if (
-        _far(pose.value[:, :2], FARTHEST)
-        or _far(tip.value, FARTHEST)
-        or _far(force.value, STRONGEST)
-    ):
-        return PushStatus.DIVERGED
-    if _jumps(pose) or _jumps(tip) or samples.gap.min() < -OVERLAP:
-        return PushStatus.TRACKING_JUMP
-    if _is_frozen(force, 0.5 * (time[-1] - time[0])):
-        return PushStatus.FROZEN_FORCE
-    if _largest_motion(outline, samples.pose) < MOVED:
-        return PushStatus.NEVER_MOVED
-    if _is_lost(samples):
-        return PushStatus.LOST_CONTACT
-    return PushStatus.OK
+    checks = (
+        (PushStatus.DIVERGED, lambda: _far(pose.value[:, :2], FARTHEST)),
+        (PushStatus.DIVERGED, lambda: _far(tip.value, FARTHEST)),
+        (PushStatus.DIVERGED, lambda: _far(force.value, STRONGEST)),
+        (PushStatus.CLOCK_JUMP, lambda: signals.clock_jumps),
+        (PushStatus.TRACKING_JUMP, lambda: _jumps(pose) or _jumps(tip)),
+        (PushStatus.TRACKING_JUMP, lambda: samples.gap.min() < -OVERLAP),
+        (PushStatus.FROZEN_FORCE, lambda: _is_frozen(force, 0.5 * (time[-1] - time[0]))),
+        (PushStatus.NEVER_MOVED, lambda: _motion(outline, samples.pose).max() < MOVED),
+        (PushStatus.LOST_CONTACT, lambda: _is_lost(samples)),
+        (PushStatus.FORCE_PULLS, lambda: np.sum(samples.force * samples.tip_velocity) < 0.0),
+        (PushStatus.FORCE_LATE, lambda: _is_late(outline, signals, samples)),
+    )
+    return next((status for status, fails in checks if fails()), PushStatus.OK)
 
 
 def _far(values: Float[ndarray, "n d"], limit: float) -> bool:
@@ -90,12 +91,12 @@ def _is_frozen(force: Signal, half_push: float) -> bool:
     return bool(standing.max() >= min(FROZEN_TIME, half_push))
 
 
-def _largest_motion(outline: Float[ndarray, "k 2"], pose: Float[ndarray, "t 3"]) -> float:
+def _motion(outline: Float[ndarray, "k 2"], pose: Float[ndarray, "t 3"]) -> Float[ndarray, " t"]:
     """Largest way of a point of the outline from its first position, m."""
     angle = pose[:, 2, None]
     x = pose[:, 0, None] + np.cos(angle) * outline[:, 0] - np.sin(angle) * outline[:, 1]
     y = pose[:, 1, None] + np.sin(angle) * outline[:, 0] + np.cos(angle) * outline[:, 1]
-    return float(np.hypot(x - x[0], y - y[0]).max())
+    return np.hypot(x - x[0], y - y[0]).max(1)
 
 
 def _is_lost(samples: McubeSamples) -> bool:
@@ -109,3 +110,17 @@ def _is_lost(samples: McubeSamples) -> bool:
     late = (time > time[slows] - LOST_TIME) & (time <= time[slows])
     unloaded = size[late].mean() < NO_FORCE * np.quantile(size, 0.9)
     return bool(unloaded or samples.gap[late].min() > LOST_GAP)
+
+
+def _is_late(outline: Float[ndarray, "k 2"], signals: McubeSignals, samples: McubeSamples) -> bool:
+    """Whether the object moves without a force before the force comes, or before its stream does.
+
+    Friction holds an object until it is pushed, so a force that follows has a clock of its own.
+    """
+    time, size = samples.time, np.hypot(*samples.force.T)
+    loaded = np.flatnonzero(size > LOADED * np.quantile(size, 0.9))[0]
+    moves = np.flatnonzero(_motion(outline, samples.pose) > 0.5 * MOVED)[0]
+    tip = signals.tip
+    travel = np.hypot(*(tip.value - tip.value[0]).T)
+    starts = tip.time[np.flatnonzero(travel > 0.5 * MOVED)[0]]
+    return bool(time[loaded] - time[moves] > LATE or signals.force.time[0] - starts > LATE)

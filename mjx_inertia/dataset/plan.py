@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from mjx_inertia.dataset.batch import PushConditions, PushTruth
 from mjx_inertia.pushing import PushParameters, PushSetup, StraightMotion
+from mjx_inertia.pushing.push_checks import LONGEST_PUSH
 from mjx_inertia.pushing.settings import CLEARANCE
 from mjx_inertia.spatial import AnyArray
 
@@ -53,7 +54,8 @@ class Range:
 
     def __post_init__(self) -> None:
         """Raises ValueError for a range that has no values."""
-        if not (-np.inf < self.low <= self.high < np.inf and self.count >= 1):
+        whole = type(self.count) is int and self.count >= 1
+        if not (-np.inf < self.low <= self.high < np.inf and whole):
             raise ValueError(f"{self}: expected low ≤ high, both finite, and a count of 1 or more")
 
     def values(self) -> Float[np.ndarray, " count"]:
@@ -82,6 +84,36 @@ def check_intervals(owner: Any, names: Iterable[str]) -> None:
             raise ValueError(f"dataset.protocol.{name}={value}: expected 0 ≤ low ≤ high")
 
 
+def check_counts(owner: Any, names: Iterable[str]) -> None:
+    """Raises ValueError, naming the field, unless fields are whole numbers above 0."""
+    for name in names:
+        value = getattr(owner, name)
+        if not (type(value) is int and value >= 1):
+            raise ValueError(f"dataset.protocol.{name}={value}: expected a positive whole number")
+
+
+def check_path(length: float, speeds: Iterable[float], acceleration: float) -> None:
+    """Raises ValueError unless the tip reaches each speed within the path, and ends in 600 s.
+
+    Args:
+      length: of the path, m.
+      speeds: m/s.
+      acceleration: of the run-up, m/s²; 0 for none.
+    """
+    for speed in speeds:
+        run_up = speed**2 / (2.0 * acceleration) if acceleration else 0.0
+        if run_up > length:
+            raise ValueError(
+                f"dataset.protocol.length={length}: the run-up to {speed} m/s at {acceleration} "
+                f"m/s² takes {run_up:.3g} m; lengthen the path or accelerate faster"
+            )
+        if not length / speed < LONGEST_PUSH:
+            raise ValueError(
+                f"dataset.protocol.length={length}: takes {length / speed:.3g} s at {speed} m/s, "
+                f"expected less than {LONGEST_PUSH:g} s"
+            )
+
+
 @dataclass(frozen=True)
 class CubesProtocol:
     """Cubes of every mass, friction and size, pushed between every pair of points (errata 1)."""
@@ -102,9 +134,12 @@ class CubesProtocol:
 
     def __post_init__(self) -> None:
         """Raises ValueError for pushes that cannot be."""
-        check_positive(self, ("mass", "friction", "edge", "points", "speeds", "length"))
-        check_positive(self, ("pushes_per_cube", "tip_time_constant", "tip_radius"))
+        given = () if self.pushes_per_cube is None else ("pushes_per_cube",)
+        check_counts(self, ("points", *given))
+        check_positive(self, ("mass", "friction", "edge", "speeds", "length"))
+        check_positive(self, ("tip_time_constant", "tip_radius"))
         check_intervals(self, ("tip_friction", "tip_time_constant"))
+        check_path(self.length, self.speeds, 0.0)
 
 
 @dataclass(frozen=True)
@@ -124,9 +159,15 @@ class Cubes30Protocol:
 
     def __post_init__(self) -> None:
         """Raises ValueError for pushes that cannot be."""
-        check_positive(self, ("pushes_per_cube", "speed", "acceleration", "length", "tip_radius"))
+        check_counts(self, ("pushes_per_cube",))
+        check_positive(self, ("speed", "acceleration", "length", "tip_radius"))
         check_positive(self, ("approach", "tip_time_constant", "cubes"))
         check_intervals(self, ("tip_friction", "tip_time_constant"))
+        check_path(self.length, (self.speed,), self.acceleration)
+        if unfit := [cube for cube in self.cubes or () if np.shape(cube) != (3,)]:
+            raise ValueError(
+                f"dataset.protocol.cubes has {unfit[0]}: expected mass, edge, friction"
+            )
 
 
 # Thesis Table 3.1: mass kg, edge m, friction. The inertia follows from mass and edge (errata 3).

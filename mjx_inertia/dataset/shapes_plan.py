@@ -11,7 +11,14 @@ import jax
 import numpy as np
 
 from mjx_inertia.dataset.batch import PushConditions, PushTruth
-from mjx_inertia.dataset.plan import PushPlan, sort_by_duration
+from mjx_inertia.dataset.plan import (
+    PushPlan,
+    check_counts,
+    check_intervals,
+    check_path,
+    check_positive,
+    sort_by_duration,
+)
 from mjx_inertia.objects import (
     ObjectModel,
     RandomShapes,
@@ -54,6 +61,17 @@ class ShapesProtocol:
     tip_friction: tuple[float, float] = (0.2, 0.5)  # drawn per push from this interval
     tip_time_constant: tuple[float, float] = (0.01, 0.04)  # s, drawn per push from this interval
     tip_radius: float = 0.005  # m
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for pushes that cannot be."""
+        check_counts(self, ("objects", "pushes_per_object"))
+        check_positive(self, ("speeds", "length", "tip_time_constant", "tip_radius"))
+        check_intervals(self, ("tip_friction", "tip_time_constant"))
+        limits = {"offset": 1.0, "steepest": 90.0, "approach": 1.0, "acceleration": np.inf}
+        for name, most in limits.items():
+            if not 0.0 <= (value := getattr(self, name)) <= most or value == np.inf:
+                raise ValueError(f"dataset.protocol.{name}={value}: expected 0 to {most:g}")
+        check_path(self.length, self.speeds, self.acceleration)
 
     def models(self, seed: int) -> tuple[ObjectModel, ...]:
         """The objects."""

@@ -27,6 +27,7 @@ from mjx_inertia.dataset.batch import (
     leave_one_object_out,
     thesis_split,
 )
+from mjx_inertia.dataset.mcube import TIP_RADIUS, check_sampling
 from mjx_inertia.dataset.mcube_folder import load_mcube_folder
 from mjx_inertia.dataset.noise import SensorNoise
 from mjx_inertia.dataset.plan import (
@@ -63,8 +64,15 @@ class GenerateSettings:
 
     def __post_init__(self) -> None:
         """Raises ValueError for settings that contradict each other."""
-        if self.block < 1:
-            raise ValueError(f"dataset.block={self.block}: must be at least 1")
+        if not (type(self.block) is int and self.block >= 1):
+            raise ValueError(f"dataset.block={self.block}: must be a whole number, at least 1")
+        _shard(self.shard, 1)
+        softest, step = self.protocol.tip_time_constant[0], self.scene.timestep
+        if softest < 2.0 * step * (1.0 - 1e-6):
+            raise ValueError(
+                f"dataset.protocol.tip_time_constant={self.protocol.tip_time_constant}: expected "
+                f"two time steps ({2.0 * step:g} s) or more; lower dataset.scene.max_timestep"
+            )
         if isinstance(self.protocol, ShapesProtocol) and self.scene.table != "limit_surface":
             raise ValueError(
                 f"dataset.scene.table={self.scene.table!r}: objects of many shapes share one scene "
@@ -238,6 +246,15 @@ class MeasuredSettings:
     objects: Path | None = None
     rate: float = 100.0  # samples a second, Hz
     spread: float = 0.0  # of noise added to the measured signals (0: none)
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a rate or a noise that cannot be."""
+        try:
+            check_sampling(self.rate, TIP_RADIUS)
+        except ValueError as error:
+            raise ValueError(f"dataset.{error}") from None
+        if not 0.0 <= self.spread < np.inf:
+            raise ValueError(f"dataset.spread={self.spread}: expected zero or more")
 
 
 def simulated_source(settings: SimulatedSettings, *, progress: bool = True) -> Source | None:

@@ -42,6 +42,7 @@ from mjx_inertia.pushing import PushRecord
 
 # 1: contacts that chatter; 2: a contact solver that did not always converge; 3: no digests
 FORMAT = 4
+_LARGEST_ARRAY = 1 << 33  # bytes
 _SIGNALS = ("force", "moment", "pose", "twist", "tip_position", "tip_velocity", "length", "status")
 _COMPRESSORS = (BloscCodec(cname="lz4", clevel=1, shuffle="bitshuffle"), Crc32cCodec())
 
@@ -198,7 +199,7 @@ def open_store(path: Path) -> PushStore:
                 "another folder with dataset.path=..., or remove this one"
             )
         template = _template(polygons="plan/parameters.polygons" in group)
-        leaves = {name: np.asarray(group[f"plan/{name}"]) for name in _leaves(template)}
+        leaves = {name: _values(group, f"plan/{name}") for name in _leaves(template)}
         try:
             _check(leaves, attributes["digests"])
         except ValueError as error:
@@ -206,11 +207,31 @@ def open_store(path: Path) -> PushStore:
                 f"{path}: damaged plan ({error}); remove this folder and run again"
             ) from None
         plan = jax.tree.unflatten(jax.tree.structure(template), list(leaves.values()))
-    except (OSError, KeyError, ValueError, RuntimeError) as error:
-        if isinstance(error, StoreError):
-            raise
+        _check_attributes(attributes)
+    except StoreError:
+        raise
+    except Exception as error:  # zarr raises nearly any type for damaged metadata
         raise StoreError(f"{path}: not a readable store of pushes: {error}") from error
     return PushStore(path, plan, attributes)
+
+
+def _values(group: zarr.Group, name: str) -> np.ndarray:
+    """An array of a group; one that declares more than it can hold is not allocated."""
+    array = group[name]
+    if not isinstance(array, zarr.Array) or array.nbytes > _LARGEST_ARRAY:
+        raise ValueError(f"{name}: expected an array of up to {_LARGEST_ARRAY} bytes, {array}")
+    return np.asarray(array)
+
+
+def _check_attributes(attributes: Mapping[str, Any]) -> None:
+    """Raises ValueError for attributes that `create_store` does not write."""
+    kinds = {"block": int, "seed": int, "rate": (int, float), "config": dict, "provenance": dict}
+    for name, kind in kinds.items():
+        if not isinstance(attributes[name], kind):
+            raise ValueError(f"{name}={attributes[name]} is not what was written")
+    for name in ("block", "rate"):
+        if not attributes[name] > 0:
+            raise ValueError(f"{name}={attributes[name]} is not what was written")
 
 
 def write_block(store: PushStore, block: int, record: PushRecord) -> None:
@@ -271,13 +292,13 @@ def read_block(store: PushStore, block: int) -> PushRecord:
         raise StoreError(f"{path}: block {block} of {store.blocks} is not generated yet")
     try:
         group = zarr.open_group(path, mode="r")
-        signals = {name: np.asarray(group[name]) for name in _SIGNALS}
+        signals = {name: _values(group, name) for name in _SIGNALS}
         attributes: dict[str, Any] = dict(group.attrs)
         for key, value in _block_attributes(store, block).items():
             if attributes[key] != value:
                 raise ValueError(f"written as {key} {attributes[key]}, expected {value}")
         _check(signals, attributes["digests"])
-    except (OSError, KeyError, ValueError, RuntimeError) as error:
+    except Exception as error:  # zarr raises nearly any type for damaged metadata
         raise StoreError(
             f"{path}: damaged ({error}); remove this folder and run again to simulate it anew"
         ) from error

@@ -15,6 +15,8 @@ from mjx_inertia.grasping.task_path import ObjectPath, moving_frame_twist, objec
 from mjx_inertia.grasping.two_soft_fingers import least_squeeze
 from mjx_inertia.spatial import AnyArray, InertialParameters
 
+_UNIT = 1e-2  # by which the squared length of a unit normal may be off
+
 
 @struct.dataclass
 class ObjectMotion:
@@ -56,10 +58,13 @@ def gripping_force(
 
     It depends on the mass, on the CoM (a lever about the line between the pads loads them with
     torsion) and, in fast turns, on the inertia tensor. Infinite where the two contacts are not in
-    force closure. Contacts and payload are in the object frame, `gravity` (m/s²) in world axes.
+    force closure, where their normals are not of length 1 and where the mass is negative or NaN.
+    Contacts and payload are in the object frame, `gravity` (m/s²) in world axes.
     """
     wrench = holding_wrench(payload, motion, gravity)
-    return least_squeeze(contacts, pad, wrench, payload.com)
+    squared = jnp.sum(jnp.square(contacts.normals), axis=-1)
+    possible = jnp.all(jnp.abs(squared - 1.0) <= _UNIT) & (payload.mass >= 0.0)
+    return jnp.where(possible, least_squeeze(contacts, pad, wrench, payload.com), jnp.inf)
 
 
 def object_motion(path: ObjectPath) -> ObjectMotion:

@@ -30,11 +30,17 @@ def load_mcube_objects(path: str | Path | None = None) -> dict[str, ObjectModel]
     if path is None:
         text = resources.files("mjx_inertia.objects").joinpath("mcube_objects.yaml").read_text()
     else:
-        text = Path(path).read_text()
+        try:
+            text = Path(path).read_text()
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{path}: not a text file ({error})") from None
     where = "the published objects" if path is None else str(path)
     try:
+        # a few lines of aliases of aliases stand for more numbers than fit into memory
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
+            raise ValueError(f"{where}: aliases (*name) are not read; write the numbers out")
         table = yaml.safe_load(text)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, RecursionError) as error:
         raise ValueError(f"{where}: not a YAML file ({error})") from None
     if not isinstance(table, dict) or not isinstance(table.get("objects"), dict):
         raise ValueError(f"{where}: expected a mapping with the key `objects`")
@@ -86,12 +92,14 @@ def _numbers(
         raise ValueError(f"{at}: key `{key}` is missing; expected {expected}")
     try:
         numbers = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{at}: key `{key}`: expected {expected}, found {value!r}") from None
     fits = numbers.shape[1:] == (2,) if shape is None else numbers.shape == shape
     if not fits or not np.all(np.isfinite(numbers)):
         raise ValueError(f"{at}: key `{key}`: expected {expected}, found {value!r}")
-    if positive and not np.all(numbers > 0.0):
+    with np.errstate(over="ignore", under="ignore"):
+        single = numbers.astype(np.float32)  # as which it is stored
+    if positive and not np.all((single > 0.0) & np.isfinite(single)):
         raise ValueError(f"{at}: key `{key}`: expected {expected} above 0, found {value!r}")
     return numbers
 

@@ -17,6 +17,7 @@ from jaxtyping import Array, Float, Int
 
 from mjx_inertia import runtime
 from mjx_inertia.pushing.parameters import PushParameters
+from mjx_inertia.pushing.push_checks import check_shapes, impossible_pushes, named_arrays
 from mjx_inertia.pushing.record import Motion, PushRecord, push_length, push_status
 from mjx_inertia.pushing.rollout import Sample, initial_state, rollout
 from mjx_inertia.pushing.scene import Scene
@@ -105,10 +106,12 @@ def simulate(
 
     Returns:
       The signals at `scene.settings.rate`, padded to the longest push, with a status on each: one
-      bad push leaves the others as they are.
+      bad push leaves the others as they are. A push that cannot be is not simulated: its signals
+      are one sample of NaN, its status is `DIVERGED`.
 
     Raises:
-      ValueError: no push at all.
+      ValueError: no push at all, arrays of different lengths, or not one push that can be; by the
+        name of the argument.
     """
     n = len(contact_point)
     if n == 0:
@@ -117,7 +120,17 @@ def simulate(
     dtype = scene.data.qpos.dtype
     start = np.zeros((n, 3), dtype) if pose is None else np.asarray(pose, dtype)
     parameters, motion = jax.tree.map(lambda x: np.asarray(x, dtype), (parameters, motion))
+    where = {"contact_point": contact_point, "contact_normal": contact_normal, "pose": start}
+    arrays = named_arrays(parameters, motion, where)
+    check_shapes(arrays, n)
+    impossible, fault = impossible_pushes(scene, arrays, motion)
+    if impossible.all():
+        raise ValueError(fault)
     rate = scene.settings.rate
+    if impossible.any():  # another push takes the place of each, for one sample
+        stand_in = np.where(impossible, np.flatnonzero(~impossible)[0], np.arange(n))
+        parameters, motion, start = _take((parameters, motion, start), stand_in)
+        motion = motion.replace(duration=np.where(impossible, 1.0 / rate, motion.duration))
     planned = np.ceil(np.round(np.asarray(motion.duration) * rate, 3)).astype(int)
     # blocks of one size, as large as the devices take
     devices = _programs(scene)[2]
@@ -145,6 +158,8 @@ def simulate(
         if progress:
             progress(len(index))
     assert signals is not None
+    for signal in jax.tree.leaves(signals):
+        signal[impossible] = np.nan
     return _record(signals, planned, rate, contact_point, contact_normal)
 
 

@@ -30,9 +30,12 @@ class PushStatus(enum.IntEnum):
     OK = 0
     LOST_CONTACT = 1  # the tip left the object before the push was over
     NEVER_MOVED = 2  # the object moved less than 3 mm
-    DIVERGED = 3  # a signal is not finite or far outside the table
+    DIVERGED = 3  # a signal is not finite or far outside the table; a push that cannot be
     FROZEN_FORCE = 4  # the force signal repeats one value
     TRACKING_JUMP = 5  # the tracked pose jumps faster than an object can move
+    CLOCK_JUMP = 6  # the stamps of a signal leap or repeat: when it was measured is not known
+    FORCE_PULLS = 7  # the force points from the object to the tip, which cannot pull
+    FORCE_LATE = 8  # the force begins long after the object moves, or ends long after it rests
 
 
 @struct.dataclass

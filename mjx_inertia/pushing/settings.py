@@ -32,6 +32,8 @@ TIP_MASS = 1e6  # kg
 # touches.
 CLEARANCE = 1e-5  # m
 MAX_TIMESTEP = 0.005  # s; end poses equal those of 1 ms to 1 mm and 0.5 degrees (tested)
+FASTEST_RATE = 1e4  # Hz; no force sensor samples faster
+MOST_SUBSTEPS = 1000  # of a sample: 10 s of push then take a million steps
 SOLVER_ITERATIONS = 50  # at most; one does in sustained contact, the first touch takes up to ten
 LINE_SEARCH = 20  # at most; nearly always the first will do
 
@@ -59,13 +61,24 @@ class SceneSettings:
         if self.table not in ("limit_surface", "corners", "pads"):
             raise ValueError(f"table={self.table!r}: choose 'limit_surface', 'corners' or 'pads'")
         for name in ("rate", "max_timestep", "tip_radius", "tip_height"):
-            if not getattr(self, name) > 0:
+            if not 0.0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name}={getattr(self, name)}: must be positive")
+        if self.rate > FASTEST_RATE:
+            raise ValueError(f"rate={self.rate}: at most {FASTEST_RATE:g} Hz")
+        for name in ("pads", "solver_iterations", "line_search"):
+            value = getattr(self, name)
+            if not (type(value) is int and value >= 1):
+                raise ValueError(f"{name}={value}: must be a whole number, at least 1")
+        if self.substeps > MOST_SUBSTEPS:
+            raise ValueError(
+                f"rate={self.rate} and max_timestep={self.max_timestep}: {self.substeps} time "
+                f"steps a sample; at most {MOST_SUBSTEPS}"
+            )
 
     @property
     def substeps(self) -> int:
         """Simulation steps a sample."""
-        return math.ceil(round(1.0 / (self.rate * self.max_timestep), 6))
+        return max(1, math.ceil(round(1.0 / (self.rate * self.max_timestep), 6)))
 
     @property
     def timestep(self) -> float:

@@ -50,6 +50,9 @@ _REASONS = {
     PushStatus.DIVERGED: "a signal is not finite or beyond any table",
     PushStatus.FROZEN_FORCE: "the force signal repeats one value",
     PushStatus.TRACKING_JUMP: "the tracked pose jumps, or lies where the tip is",
+    PushStatus.CLOCK_JUMP: "the stamps of a stream leap or repeat",
+    PushStatus.FORCE_PULLS: "the force points from the object to the tip, which cannot pull",
+    PushStatus.FORCE_LATE: "the force begins long after the object moves",
 }
 
 

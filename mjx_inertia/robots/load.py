@@ -9,6 +9,7 @@ position, and what they carry joins the link that they hang on.
 import dataclasses
 from pathlib import Path
 
+import jax
 import numpy as np
 
 from mjx_inertia.files import read_xml
@@ -87,6 +88,11 @@ def load_robot(
     else:
         moving = _between(tree, names, [link for link, _ in ends], base)
     robot = _robot(tree, names, ends, moving, root, T_hand or Pose.identity())
+    bodies = (robot.T_parent_joint, robot.T_link_hand, robot.links, robot.base, robot.armature)
+    if not all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(bodies)):
+        raise ValueError(f"{tree.path}: a position, mass or inertia is not a finite number")
+    if not np.all(robot.lower <= robot.upper):  # NaN compares with nothing
+        raise ValueError(f"{tree.path}: a joint's limits {robot.lower}, {robot.upper} are no range")
     if planar and not floats:
         raise ValueError(f"{tree.path}: `planar` is of a base that floats, and this one is fixed")
     if planar or flat:

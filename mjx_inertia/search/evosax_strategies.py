@@ -177,7 +177,15 @@ class Strategies:
             raise ValueError(f"`name` {settings.name!r} is not one of {sorted(algorithms)}")
         with jax.ensure_compile_time_eval():
             one = jnp.zeros_like(jnp.asarray(self.problem.lower))
-            strategy = algorithms[settings.name](population_size=settings.population, solution=one)
+            try:
+                strategy = algorithms[settings.name](
+                    population_size=settings.population, solution=one
+                )
+            except TypeError as error:
+                raise ValueError(
+                    f"`name` {settings.name!r} takes arguments that no setting gives ({error}); "
+                    "choose another"
+                ) from None
             params = strategy.default_params
             if hasattr(params, "std_init"):
                 params = params.replace(std_init=jnp.asarray(settings.initial_deviation))

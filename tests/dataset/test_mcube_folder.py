@@ -77,6 +77,25 @@ def test_broken_files_are_listed_and_the_rest_goes_on(tree):
     assert sorted(np.asarray(result.batch.records.status)) == [0, 0, PushStatus.FROZEN_FORCE]
 
 
+def test_no_file_of_whatever_kind_ends_the_reading(tree):
+    folder = tree / "mcube_raw" / "felt" / "tile"
+    number = "[[" + "9" * 400 + ", 0, 0, 0]]"
+    long = "{" + ", ".join(f'"{k}": {number}' for k in ("object_pose", "tip_pose", "ft_wrench"))
+    (folder / (NAME + "_rep=0001.json")).write_text(long + "}")
+    (folder / (NAME + "_rep=0002.json")).write_text("[" * 100_000)
+    packed = folder / "packed.zip"
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr(NAME + "_rep=0003.h5", h5_bytes(Push().tables()))
+    content = bytearray(packed.read_bytes())
+    content[len(content) // 2] ^= 16
+    packed.write_bytes(content)
+    result = load_mcube_folder(tree, MODELS, progress=False)
+    assert len(result.files) == 2
+    assert {failure.file.rsplit("rep=", 1)[1] for failure in result.failures} == {
+        "0001.json", "0002.json", "0003.h5"
+    }  # fmt: skip
+
+
 def test_archives_are_read_in_place(tree):
     plain = load_mcube_folder(tree, MODELS, progress=False)
     raw = tree / "mcube_raw"

@@ -3,10 +3,18 @@
 The measurements are a subset of the published ones; the limits here are wide on purpose.
 """
 
+import json
+
+import h5py
 import numpy as np
 import pytest
 
-from mjx_inertia.dataset.mcube import TIP_RADIUS, contact_in_world
+from mjx_inertia.dataset.mcube import (
+    TIP_RADIUS,
+    contact_in_world,
+    load_mcube,
+    record_from_bytes,
+)
 from mjx_inertia.dataset.mcube_folder import load_mcube_folder
 from mjx_inertia.objects import load_mcube_objects
 from mjx_inertia.pushing import PushStatus
@@ -86,3 +94,26 @@ def test_velocities_integrate_to_the_motion(real, good):
         for path, rate, limit in ((pose, twist, [5e-4, 5e-4, 5e-3]), (tip, tip_velocity, 5e-4)):
             way = 0.01 * np.sum(0.5 * (rate[1:] + rate[:-1]), axis=0)
             assert np.all(np.abs(way - (path[-1] - path[0])) < limit)
+
+
+def test_clocks_and_signs_of_good_pushes_are_trusted_and_spoilt_ones_are_not(measurements, good):
+    """Of what was OK before these checks, nothing is refused; each fault is found in all."""
+    assert len(good) == 35
+    found = {"stamp": set(), "sign": set()}
+    for path in sorted((measurements / "mcube_raw").rglob("*.h5"))[:12]:
+        with h5py.File(path) as file:
+            tables = {key: np.array(file[key], float) for key in ("object_pose", "tip_pose")}
+            wrench = np.array(file["ft_wrench"], float)
+        before = int(load_mcube(path).status)
+        for fault, change in (("stamp", (-1, 0)), ("sign", (slice(None), slice(1, None)))):
+            spoilt = wrench.copy()
+            spoilt[change] = spoilt[change] + 1e3 if fault == "stamp" else -spoilt[change]
+            content = json.dumps(
+                {k: v.tolist() for k, v in (tables | {"ft_wrench": spoilt}).items()}
+            )
+            record = record_from_bytes(
+                content.encode(), f"{path.stem}.json", OBJECTS, 100.0, TIP_RADIUS
+            )
+            if before == PushStatus.OK:
+                found[fault].add(int(record.status))
+    assert found == {"stamp": {PushStatus.CLOCK_JUMP}, "sign": {PushStatus.FORCE_PULLS}}

@@ -1,12 +1,23 @@
 """A push with known motion, read back from files; every defect told by its status."""
 
+import io
 import math
 import zipfile
 
+import h5py
 import jax
 import numpy as np
 import pytest
-from dataset.mcube_files import NAME, OBJECTS, TIP_RADIUS, Push, turned, write_h5, write_json
+from dataset.mcube_files import (
+    NAME,
+    OBJECTS,
+    TIP_RADIUS,
+    Push,
+    h5_bytes,
+    turned,
+    write_h5,
+    write_json,
+)
 
 from mjx_inertia.dataset.mcube import LEAD_IN, load_mcube
 from mjx_inertia.dataset.mcube_file import McubeFileError, parse_name
@@ -133,9 +144,37 @@ def _far(tables):
     tables["object_pose"][:, 1] += 1e4
 
 
+def _last_stamp_off(tables):
+    tables["ft_wrench"][-1, 0] += 1000.0
+
+
+def _half_of_the_stamps_equal(tables):
+    stamps = tables["ft_wrench"][:, 0]
+    stamps[1::2] = stamps[:-1:2] if len(stamps) % 2 else stamps[::2]
+
+
+def _pulls(tables):
+    tables["ft_wrench"][:, 1:] *= -1.0
+
+
+def _force_comes_late(tables):
+    """The force is that of 0.5 s before; the sensor is at rest until then."""
+    late = tables["ft_wrench"][:, 0] < Push.zero + 0.8
+    tables["ft_wrench"][late, 1:3] *= 1e-2
+
+
+def _force_starts_late(tables):
+    tables["ft_wrench"] = tables["ft_wrench"][125:]
+
+
 @pytest.mark.parametrize(
     ("spoil", "status"),
     [
+        (_last_stamp_off, PushStatus.CLOCK_JUMP),
+        (_half_of_the_stamps_equal, PushStatus.CLOCK_JUMP),
+        (_pulls, PushStatus.FORCE_PULLS),
+        (_force_comes_late, PushStatus.FORCE_LATE),
+        (_force_starts_late, PushStatus.FORCE_LATE),
         (_frozen, PushStatus.FROZEN_FORCE),
         (_quarter_turn, PushStatus.TRACKING_JUMP),
         (_half_turn, PushStatus.TRACKING_JUMP),
@@ -194,6 +233,62 @@ def test_broken_tables(tmp_path, spoil, message, write):
     with pytest.raises(McubeFileError, match=message) as error:
         load_mcube(path, OBJECTS)
     assert str(path) in str(error.value)
+
+
+def _h5(change):
+    """Content of a good file with a change."""
+    buffer = io.BytesIO(h5_bytes(Push().tables()))
+    with h5py.File(buffer, "r+") as file:
+        del file["tip_pose"]
+        change(file)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda f: f.create_dataset("tip_pose", (300_000_000, 4), "f8"), r"shape \(300000000, 4\)"),
+        (lambda f: f.create_dataset("tip_pose", data=["a"] * 20), "object of shape"),
+        (lambda f: f.create_group("tip_pose"), "Group"),
+        (lambda f: f.__setitem__("tip_pose", h5py.SoftLink("/object_pose")), "a link"),
+        (lambda f: f.__setitem__("tip_pose", h5py.ExternalLink("o.h5", "/tip_pose")), "a link"),
+        (
+            lambda f: f.create_dataset("tip_pose", (20, 4), "f8", external=[("o.bin", 0, 640)]),
+            "lies in another file",
+        ),
+    ],
+)
+def test_tables_that_are_not_in_the_file_or_too_large_are_not_read(tmp_path, change, found):
+    path = tmp_path / f"{NAME}.h5"
+    path.write_bytes(_h5(change))
+    with pytest.raises(McubeFileError, match=f"tip_pose: expected a table of numbers.*{found}"):
+        load_mcube(path, OBJECTS)
+
+
+@pytest.mark.parametrize(
+    "content", [b'{"tip_pose": ' + b"[" * 100_000, b"[" * 100_000], ids=["deep", "deeper"]
+)
+def test_deep_nesting_is_no_push(tmp_path, content):
+    path = tmp_path / f"{NAME}.json"
+    path.write_bytes(content)
+    with pytest.raises(McubeFileError, match="file: expected JSON"):
+        load_mcube(path, OBJECTS)
+
+
+def test_a_number_of_400_digits_is_no_number(tmp_path):
+    path = write_json(tmp_path, Push().tables())
+    text = path.read_text()
+    path.write_text(text.replace("[[", "[[" + "9" * 400 + ", 0, 0, 0], [", 1))
+    with pytest.raises(McubeFileError, match="something else than numbers"):
+        load_mcube(path, OBJECTS)
+
+
+def test_rates_that_fill_the_memory_are_refused(tmp_path):
+    path = write_h5(tmp_path, Push().tables())
+    with pytest.raises(
+        ValueError, match=r"rate=1000000\.0: expected a positive number up to 10000"
+    ):
+        load_mcube(path, OBJECTS, 1e6)
 
 
 @pytest.mark.parametrize("ending", ["h5", "json"])

@@ -1,6 +1,7 @@
 """The store: interrupted, refused, damaged, shared. Signals here are made up, not simulated."""
 
 import errno
+import json
 import os
 import platform
 import shutil
@@ -146,6 +147,50 @@ def test_a_lost_or_changed_chunk_of_the_plan_is_named(tmp_path, name):
     shutil.rmtree(store.path / "plan" / name / "c")
     with pytest.raises(StoreError, match=rf"damaged plan \({name} is not.*run again"):
         open_store(store.path)
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "{", "[]", "null", "[" * 100_000, '{"zarr_format": 3}', '{"zarr_format": "x", "a": {}}'],
+    ids=["empty", "open", "list", "null", "deep", "bare", "other"],
+)
+def test_damaged_metadata_is_named_wherever_it_is(tmp_path, content):
+    store = make(tmp_path / "s.zarr")
+    fill(store)
+    (store.block_path(1) / "zarr.json").write_text(content)
+    (store.block_path(2) / "force" / "zarr.json").write_text(content)
+    for block in (1, 2):
+        with pytest.raises(StoreError, match=rf"0000{block}: damaged.*remove this folder"):
+            read_block(store, block)
+    (store.path / "plan" / "truth.mass" / "zarr.json").write_text(content)
+    with pytest.raises(StoreError, match="not a readable store"):
+        open_store(store.path)
+    (store.path / "zarr.json").write_text(content)
+    with pytest.raises(StoreError, match=r"not a readable store|format None"):
+        open_store(store.path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('"block": 6', '"block": "six"'), ('"block": 6', '"block": 0'), ('"rate"', '"rat"')],
+)
+def test_attributes_that_no_store_has_are_named(tmp_path, old, new):
+    store = make(tmp_path / "s.zarr")
+    file = store.path / "zarr.json"
+    file.write_text(file.read_text().replace(old, new))
+    with pytest.raises(StoreError, match="not a readable store"):
+        open_store(store.path)
+
+
+def test_an_array_that_declares_terabytes_is_not_allocated(tmp_path):
+    store = make(tmp_path / "s.zarr")
+    fill(store)
+    file = store.block_path(0) / "moment" / "zarr.json"
+    metadata = json.loads(file.read_text())
+    metadata["shape"] = [10**9, 1000]
+    file.write_text(json.dumps(metadata))
+    with pytest.raises(StoreError, match="moment: expected an array of up to"):
+        read_block(store, 0)
 
 
 def test_blocks_are_known_by_their_place_and_their_store(tmp_path):

@@ -229,3 +229,17 @@ def test_no_load_and_float32():
 def test_another_norm_is_an_error():
     with pytest.raises(ValueError, match="`norm`"):
         least_normal_force(facing(0.04), PAD, jnp.zeros(6), jnp.zeros(3), norm="l2")
+
+
+@pytest.mark.parametrize("length", [0.0, 2.0, np.nan])
+def test_contacts_without_unit_normals_hold_nothing(length):
+    contacts = facing(0.05)
+    spoilt = contacts.replace(normals=length * contacts.normals)
+    force = gripping_force(spoilt, PAD, held(jnp.zeros(3)), at_rest(), gravity())
+    assert force == np.inf
+
+
+@pytest.mark.parametrize("mass", [-1.0, np.nan])
+def test_a_mass_that_cannot_be_is_not_held(mass):
+    payload = held(jnp.zeros(3)).replace(mass=jnp.asarray(mass))
+    assert gripping_force(facing(0.05), PAD, payload, at_rest(), gravity()) == np.inf

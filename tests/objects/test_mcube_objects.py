@@ -73,3 +73,20 @@ def test_mistakes_are_named(tmp_path, old, new, message):
     with pytest.raises(ValueError, match=message) as error:
         load_mcube_objects(path)
     assert str(path) in str(error.value)
+
+
+def test_aliases_of_aliases_nesting_and_long_numbers_are_refused(tmp_path):
+    path = tmp_path / "objects.yaml"
+    lines = ["a0: &a0 [1, 1]", *(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]" for i in range(1, 60))]
+    path.write_text("\n".join([*lines, "objects: {box: {mass: *a59}}"]))
+    with pytest.raises(ValueError, match="aliases"):
+        load_mcube_objects(path)
+    path.write_text("objects: " + "[" * 3000)
+    with pytest.raises(ValueError, match="not a YAML file"):
+        load_mcube_objects(path)
+    path.write_text("objects: {box: {ellipse: [1, 1], mass: 1" + "0" * 400 + "}}")
+    with pytest.raises(ValueError, match="key `mass`: expected a number"):
+        load_mcube_objects(path)
+    path.write_bytes(b"objects: \xff\xfe")
+    with pytest.raises(ValueError, match="not a text file"):
+        load_mcube_objects(path)

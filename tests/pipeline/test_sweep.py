@@ -1,6 +1,7 @@
 """The main job from configuration to report, on few pushes and trees, and its errors."""
 
 import csv
+import errno
 import os
 import subprocess
 import sys
@@ -9,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mjx_inertia.dataset import Source
 from mjx_inertia.estimators import load_fitted
 from mjx_inertia.estimators.boosted_trees import FittedBoosted
 from mjx_inertia.settings import compose, override
-from mjx_inertia.sweep import run_sweep, write_outputs
+from mjx_inertia.sweep import SweepResult, _run, run_sweep, write_outputs
 
 ROOT = Path(__file__).parents[2]
 SMALL = [
@@ -64,6 +66,21 @@ def test_run_writes_results_and_a_report(store, tmp_path):
     html = (tmp_path / "run" / "report.html").read_text()
     assert "http" not in html.replace("http://www.w3.org", "")
     assert "boosted" in run.stdout and "warp" not in run.stdout
+
+
+def test_a_report_that_cannot_be_written_loses_no_table(monkeypatch, capsys, tmp_path):
+    found = SweepResult(Source("none", lambda: iter(()), None, None, ()), {}, (), {}, None)
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("mjx_inertia.sweep.run_sweep", lambda settings: found)
+    monkeypatch.setattr("mjx_inertia.sweep.write_outputs", full)
+    monkeypatch.setattr("mjx_inertia.sweep.format_table", lambda _: "the table")
+    monkeypatch.setattr("mjx_inertia.runtime.configure", lambda *_, **__: None)
+    with pytest.raises(OSError, match=r"No space left on device.*the table is above"):
+        _run(compose(SMALL), tmp_path)
+    assert capsys.readouterr().out == "the table\n"
 
 
 @pytest.mark.slow  # two runs of the main job

@@ -121,3 +121,90 @@ def test_misuse_is_named():
             contact_point=np.zeros((0, 2)),
             contact_normal=np.zeros((0, 2)),
         )
+
+
+BAD = {
+    "contact_point": ("contact_point", [np.nan, 0.0]),
+    "a far contact_point": ("contact_point", [4.0, 0.0]),
+    "no contact_normal": ("contact_normal", [0.0, 0.0]),
+    "an outward contact_normal": ("contact_normal", [-1.0, 0.0]),
+    "mass": ("mass", -1.0),
+    "friction_radius": ("friction_radius", -0.05),
+    "tip_time_constant": ("tip_time_constant", 0.0),
+    "com": ("com", [10.0, 0.0, 0.05]),
+    "direction": ("direction", [2.0, 0.0]),
+    "speed": ("speed", -0.1),
+    "duration": ("duration", 1e5),
+    "an endless duration": ("duration", np.inf),
+    "start": ("start", [np.nan, 0.0]),
+    "pose": ("pose", [0.0, 9.0, 0.0]),
+}
+
+
+def arguments(n, change=None):
+    """Of a call with n pushes; the middle one is changed where `change` is given."""
+    parameters = cubes(n, seed=14)
+    motion = straight(parameters, 0.2, 0.05, 0.4)
+    where = {
+        "contact_point": np.asarray(motion.start) + np.array([0.005, 0.0]),
+        "contact_normal": np.tile([1.0, 0.0], (n, 1)),
+        "pose": np.zeros((n, 3)),
+    }
+    if change:
+        name, value = change
+        owners = [vars(parameters), vars(motion), where]
+        changed = np.array(next(owner[name] for owner in owners if name in owner))
+        changed[n // 2] = value
+        if name in where:
+            where[name] = changed
+        elif name in vars(motion):
+            motion = motion.replace(**{name: changed})
+        else:
+            parameters = parameters.replace(**{name: changed})
+    return (parameters, motion), where
+
+
+@pytest.mark.parametrize("change", BAD.values(), ids=BAD.keys())
+def test_a_push_that_cannot_be_leaves_the_others_as_they_are(scene_of, change):
+    scene = scene_of()
+    expected = simulate(scene, *arguments(3)[0], **arguments(3)[1])
+    batch, where = arguments(3, change)
+    record = simulate(scene, *batch, **where)
+    np.testing.assert_array_equal(record.status, [0, PushStatus.DIVERGED, 0])
+    assert np.isnan(record.force[1]).all()
+    np.testing.assert_array_equal(record.force[[0, 2]], expected.force[[0, 2]])
+
+
+@pytest.mark.parametrize("change", BAD.values(), ids=BAD.keys())
+def test_a_single_push_that_cannot_be_is_refused_by_name(scene_of, change):
+    batch, where = arguments(1, change)
+    with pytest.raises(ValueError, match=rf"{change[0]}=.* of push 0: expected") as error:
+        simulate(scene_of(), *batch, **where)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["mass", "com", "direction", "duration"])
+def test_arrays_of_other_lengths_are_refused_by_name(scene_of, name):
+    (parameters, motion), where = arguments(3)
+    owner = motion if name in vars(motion) else parameters
+    short = {name: getattr(owner, name)[:2]}
+    if owner is motion:
+        motion = motion.replace(**short)
+    else:
+        parameters = parameters.replace(**short)
+    with pytest.raises(ValueError, match=rf"{name} has shape \(2.*contact_point has 3 rows"):
+        simulate(scene_of(), parameters, motion, **where)
+
+
+def test_a_sampled_path_with_a_leap_is_refused(scene_of):
+    (parameters, _), where = arguments(1)
+    offsets = np.zeros((1, 30, 2))
+    offsets[0, 10:, 0] = 3.0
+    motion = SampledMotion(
+        start=where["contact_point"] - [0.00501, 0.0],
+        offsets=offsets,
+        interval=np.array([0.01]),
+        duration=np.array([0.3]),
+    )
+    with pytest.raises(ValueError, match=r"motion.offsets=.*knots that the tip passes"):
+        simulate(scene_of(), parameters, motion, **where)

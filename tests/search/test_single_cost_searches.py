@@ -114,3 +114,8 @@ def test_history_of_all_searches_is_of_one_kind():
     result = gradient_descent(bowls(), settings, 4, key=KEY, recording=Recording(2))
     np.testing.assert_array_equal(result.history.evaluations, [0, 20, 40])
     assert result.history.costs.shape == (3, 100, 2)
+
+
+def test_a_strategy_that_needs_other_arguments_is_refused_by_name():
+    with pytest.raises(ValueError, match="'SV_CMA_ES' takes arguments that no setting gives"):
+        evolution_strategies(bowls(), StrategySettings(name="SV_CMA_ES"), 5, key=KEY)
