@@ -295,7 +295,7 @@ def _simulate(_: Path) -> Attempt:
         parameters, motion, point, normal = jax.tree.unflatten(structure, leaves)
         record = simulate(scene, parameters, motion, contact_point=point, contact_normal=normal)
         finite = [np.isfinite(np.asarray(x)).all((1, 2)) for x in (record.force, record.pose)]
-        good = np.logical_and(*finite)
+        good = np.stack(finite).all(0)
         if not good[[0, 2]].all() or record.status[[0, 2]].any():
             return "silent"
         if record.status[1] != PushStatus.OK:

@@ -19,6 +19,13 @@ from jaxtyping import Array, Float
 _NEWTON_STEPS = 12  # from |v| down to ε halves the error first and squares it then
 
 
+def inverse(matrix: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
+    """Inverse from cross products: batches of small LAPACK calls are slow."""
+    a, b, c = matrix
+    rows = jnp.stack([jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)])
+    return rows.T / (a @ rows[0])
+
+
 def friction_matrix(
     friction_radius: Float[Array, ""], size: Float[Array, ""], lateral: Float[Array, ""]
 ) -> Float[Array, "3 3"]:
@@ -67,9 +74,9 @@ def sliding_twist(
 
     def at(size: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, ""], Float[Array, ""]]:
         """The twist for a given S, the equation of S, and its derivative."""
-        inverse = jnp.linalg.inv(mass_matrix + impulse / size * friction)
-        v = inverse @ momentum
-        slope = inverse @ (friction @ v) * (impulse / size**2)
+        solved = inverse(mass_matrix + impulse / size * friction)
+        v = solved @ momentum
+        slope = solved @ (friction @ v) * (impulse / size**2)
         equation = size**2 - metric @ v**2 - creep**2
         return v, equation, 2.0 * size - 2.0 * metric @ (v * slope)
 
@@ -78,7 +85,7 @@ def sliding_twist(
         return jnp.maximum(size - equation / derivative, jnp.maximum(0.3 * size, 0.9 * creep))
 
     # S without friction is an upper bound: from there Newton's iterates decrease
-    free = jnp.linalg.solve(mass_matrix, momentum)
+    free = inverse(mass_matrix) @ momentum
     start = jnp.sqrt(metric @ free**2 + creep**2)
     root = jax.lax.stop_gradient(jax.lax.fori_loop(0, _NEWTON_STEPS, newton, start))
     # one more step carries the derivatives (implicit function theorem)

@@ -15,10 +15,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from flax import struct
-from jax.scipy.linalg import solve_triangular
 from jaxtyping import Array, Float
 
-from mjx_inertia.estimators.force_driven.planar_step import friction_matrix, sliding_twist
+from mjx_inertia.estimators.force_driven.planar_step import friction_matrix, inverse, sliding_twist
 from mjx_inertia.estimators.force_driven.settings import UNKNOWNS, ForceDrivenSettings
 from mjx_inertia.spatial import AnyArray, planar_rotate
 
@@ -135,6 +134,21 @@ def _slid(twist: Array, friction_radius: Array, interval: Array) -> Array:
     return interval * jnp.sqrt(square + 1e-18)
 
 
+def _whitened(
+    covariance: Float[Array, "3 3"], error: Float[Array, "3"]
+) -> tuple[Float[Array, "3"], Float[Array, ""]]:
+    """L⁻¹ error with covariance = L Lᵀ, and the log of the determinant of L; entry by entry."""
+    s, e = covariance, error
+    a = jnp.sqrt(s[0, 0])
+    b, d = s[1, 0] / a, s[2, 0] / a
+    c = jnp.sqrt(s[1, 1] - b**2)
+    f = (s[2, 1] - d * b) / c
+    g = jnp.sqrt(s[2, 2] - d**2 - f**2)
+    x = e[0] / a
+    y = (e[1] - b * x) / c
+    return jnp.stack([x, y, (e[2] - d * x - f * y) / g]), jnp.log(a * c * g)
+
+
 @struct.dataclass
 class Predictions:
     """One-step predictions of a push; the axis counts the samples after the first."""
@@ -177,15 +191,13 @@ def predictions(
         covariance = covariance + jnp.diag(jnp.concatenate([jnp.zeros(6), renewed]))
         # update by the measured pose
         innovation = covariance[:3, :3] + white
-        root = jnp.linalg.cholesky(innovation)
-        gain = jnp.linalg.solve(innovation, covariance[:3]).T
+        gain = covariance[:, :3] @ inverse(innovation)
         error = measured_pose - predicted[:3]
         keep = jnp.eye(9).at[:, :3].add(-gain)
         covariance = keep @ covariance @ keep.T + gain @ white @ gain.T
-        whitened = used * solve_triangular(root, error, lower=True)
-        log = used * jnp.sum(jnp.log(jnp.diagonal(root)))
+        whitened, log = _whitened(innovation, error)
         updated = predicted + gain @ error
-        out = Predictions(whitened, log, predicted[:3], updated[3:6])
+        out = Predictions(used * whitened, used * log, predicted[:3], updated[3:6])
         return (updated, covariance), out
 
     start = jnp.concatenate(
