@@ -294,8 +294,8 @@ def _simulate(_: Path) -> Attempt:
         leaves[chosen] = changed
         parameters, motion, point, normal = jax.tree.unflatten(structure, leaves)
         record = simulate(scene, parameters, motion, contact_point=point, contact_normal=normal)
-        finite = [np.isfinite(np.asarray(x)).all((1, 2)) for x in (record.force, record.pose)]
-        good = np.stack(finite).all(0)
+        signals = np.concatenate([np.asarray(record.force), np.asarray(record.pose)], 2)
+        good = np.array([np.isfinite(one).all() for one in signals])
         if not good[[0, 2]].all() or record.status[[0, 2]].any():
             return "silent"
         if record.status[1] != PushStatus.OK:
