@@ -122,7 +122,10 @@ class RecordedBody:
             other_sd = float(weight.sum() ** -0.5)
             verdict = "agrees"
             if abs(other - mass) > _DISAGREE * np.hypot(sd, other_sd):
-                verdict = "DISAGREES: trust neither before you know why"
+                verdict = (
+                    "DISAGREES. It sees the motion through a filter of 60 ms, so it loses the mass "
+                    "in a start that takes less; otherwise trust neither before you know why"
+                )
             lines.append(
                 f"Newton's law on the same pushes: {other:.3g} ± {2 * other_sd:.2g} kg; {verdict}."
             )
