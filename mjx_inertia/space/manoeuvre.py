@@ -21,10 +21,11 @@ from jaxtyping import Array, Float, Int
 from mjx_inertia.robots import Robot
 from mjx_inertia.robots.dynamics import pose_of
 from mjx_inertia.robots.recursions import center_of_mass, frames_at, hand_frame
+from mjx_inertia.space.base_attitude import attitude
 from mjx_inertia.space.capture import Capture, with_capture
 from mjx_inertia.space.closure import closed_chain_motion, closure_error
 from mjx_inertia.space.instant import Node, node
-from mjx_inertia.space.quadrature import Rule, attitude, gauss_legendre, integrate, unresolved
+from mjx_inertia.space.quadrature import Rule, gauss_legendre, integrate, unresolved
 from mjx_inertia.space.trajectory import COEFFICIENTS, JointMotion, joint_motion
 from mjx_inertia.spatial import AnyArray, Pose
 from mjx_inertia.spatial.components import root, stacked

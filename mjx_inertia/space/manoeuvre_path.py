@@ -11,10 +11,10 @@ from flax import struct
 from jaxtyping import Array, Float
 from numpy import ndarray
 
+from mjx_inertia.space.base_attitude import attitudes
 from mjx_inertia.space.dual_arm import hand_wrenches, shared_load_torques
 from mjx_inertia.space.instant import Node, node
 from mjx_inertia.space.manoeuvre import Manoeuvre, base_at, motion_at
-from mjx_inertia.space.quadrature import attitudes
 from mjx_inertia.space.trajectory import JointMotion
 from mjx_inertia.spatial import AnyArray, Pose
 

@@ -7,9 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from mjx_inertia.space.base_attitude import attitude, attitudes
 from mjx_inertia.space.quadrature import (
-    attitude,
-    attitudes,
     gauss_legendre,
     integrate,
     interpolation_matrix,
