@@ -15,10 +15,11 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 from xml.etree import ElementTree as ET
 
 import numpy as np
+import yaml
 from numpy import ndarray
 
 # What NumPy, zipfile and the code that uses the arrays raise for files that are not as expected.
@@ -115,6 +116,20 @@ def read_arrays(path: Path, expected: str, remedy: str = "") -> Iterator[dict[st
             f"{path}: expected {expected}, found a file that is truncated, damaged or of another "
             f"kind ({error}){remedy}"
         ) from error
+
+
+def parse_yaml(text: str, where: str) -> Any:
+    """The content of YAML without aliases: a few lines of aliases can stand for any amount of data.
+
+    Raises:
+      ValueError: an alias, or something else than YAML, in the file that `where` names.
+    """
+    try:
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
+            raise ValueError(f"{where}: aliases (*name) are not read; write the numbers out")
+        return yaml.safe_load(text)
+    except (yaml.YAMLError, RecursionError) as error:
+        raise ValueError(f"{where}: not a YAML file ({error})") from None
 
 
 def read_xml(path: Path) -> ET.Element:

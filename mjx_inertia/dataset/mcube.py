@@ -24,7 +24,14 @@ from mjx_inertia.dataset.mcube_file import (
     read_signals,
 )
 from mjx_inertia.dataset.mcube_status import McubeSamples, mcube_push_status
-from mjx_inertia.objects import ObjectModel, OutlineContact, closest_on_outline, load_mcube_objects
+from mjx_inertia.objects import (
+    ObjectModel,
+    OutlineContact,
+    closest_on_outline,
+    in_object_frame,
+    load_mcube_objects,
+    turn_vectors,
+)
 from mjx_inertia.pushing import PushRecord
 
 VELOCITY_HALF_WINDOW = 0.03  # s: 15 stamps at 250 Hz; 0.1 mm of noise becomes about 4 mm/s
@@ -193,14 +200,11 @@ def contact_in_world(
 
     `distance` is from the outline to the tip's centre, m.
     """
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    R_world_obj = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], axis=-2)
-    tip_obj = np.einsum("tji,tj->ti", R_world_obj, tip - pose[:, :2])
-    contact = closest_on_outline(model.outline, tip_obj)
+    contact = closest_on_outline(model.outline, in_object_frame(pose, tip))
     return OutlineContact(
-        point=np.einsum("tij,tj->ti", R_world_obj, contact.point) + pose[:, :2],
+        point=turn_vectors(pose[:, 2], contact.point) + pose[:, :2],
         distance=contact.distance,
-        normal=np.einsum("tij,tj->ti", R_world_obj, contact.normal),
+        normal=turn_vectors(pose[:, 2], contact.normal),
         edge=contact.edge,
     )
 

@@ -80,10 +80,7 @@ def simulate_push(
         contact that is too stiff; each by its name.
     """
     friction = obj.friction if friction is None else friction
-    positive = {"speed": speed, "duration": duration, "friction": friction, "rate": rate}
-    for name, value in positive.items():
-        if not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name}={value}: must be positive")
+    _check_positive(speed=speed, duration=duration, friction=friction, rate=rate)
     if not 0.0 <= tip_friction < np.inf:
         raise ValueError(f"tip_friction={tip_friction}: must be zero or more")
     if not 0.01 <= tip_time_constant < np.inf:
@@ -114,7 +111,6 @@ def simulate_push(
     if noise is not None:
         record = add_noise(record, np.zeros(1, np.uint32), noise, key=jax.random.key(seed))
 
-    arm = com[:2] - point
     return Push(
         record=jax.tree.map(lambda x: np.asarray(x[0]), record),
         setup=PushSetup(
@@ -125,11 +121,23 @@ def simulate_push(
             shape=np.zeros((), np.int32),
             polygons=plan,
         ),
-        truth=PushTruth(
-            mass=np.asarray(obj.inertial.mass, float),
-            inertia=np.asarray(obj.inertial.inertia, float)[2, 2],
-            com=np.array([arm @ normal, normal[0] * arm[1] - normal[1] * arm[0]]),
-        ),
+        truth=_truth_from_contact(obj, point, normal),
+    )
+
+
+def _check_positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name}={value}: must be positive")
+
+
+def _truth_from_contact(obj: ObjectModel, point: np.ndarray, normal: np.ndarray) -> PushTruth:
+    """True parameters, the CoM in the frame of the contact."""
+    arm = np.asarray(obj.inertial.com, float)[:2] - point
+    return PushTruth(
+        mass=np.asarray(obj.inertial.mass, float),
+        inertia=np.asarray(obj.inertial.inertia, float)[2, 2],
+        com=np.array([arm @ normal, normal[0] * arm[1] - normal[1] * arm[0]]),
     )
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from jaxtyping import Float
 from numpy import ndarray
 
 from mjx_inertia.dataset.recording_file import RecordingError
+from mjx_inertia.files import parse_yaml
 from mjx_inertia.objects import (
     ObjectModel,
     import_object,
@@ -130,14 +130,9 @@ def read_yaml(path: Path) -> dict[str, Any]:
     """
     if not path.is_file():
         raise FileNotFoundError(f"no file {path}")
-    text = path.read_text(errors="replace")
     try:
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
-            raise RecordingError(path, "aliases (*name) are not read; write the values out")
-        content = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        if isinstance(error, RecordingError):
-            raise
+        content = parse_yaml(path.read_text(errors="replace"), path.name)
+    except ValueError as error:
         raise RecordingError(path, f"expected YAML, found {' '.join(str(error).split())}") from None
     if not isinstance(content, dict):
         raise RecordingError(path, "expected a mapping of keys to values")

@@ -27,7 +27,7 @@ from mjx_inertia.dataset.mcube_file import (
 from mjx_inertia.dataset.pushed_object import pushed_object, read_yaml
 from mjx_inertia.dataset.recording_checks import check_signals, check_streams
 from mjx_inertia.dataset.recording_file import STREAMS, RecordingError, read_columns
-from mjx_inertia.objects import ObjectModel
+from mjx_inertia.objects import ObjectModel, turn_vectors
 from mjx_inertia.pushing import PushRecord
 from mjx_inertia.spatial import AnyArray
 
@@ -215,7 +215,7 @@ def _own_signals(path: Path, said: RecordingDescription) -> McubeSignals:
     force, pose, tip = (_signal(path, k, *raw[k], zero) for k in ("force", "object", "tip"))
     # poses of the outline's frame
     yaw = np.unwrap(pose.value[:, 2])
-    offset = _turn(yaw, np.broadcast_to(said.object_offset, (len(yaw), 2)))
+    offset = turn_vectors(yaw, np.broadcast_to(said.object_offset, (len(yaw), 2)))
     xy = pose.value[:, :2] + offset
     value = np.column_stack([xy, yaw + np.radians(said.object_yaw)])
     # force on the object, world axes
@@ -226,7 +226,7 @@ def _own_signals(path: Path, said: RecordingDescription) -> McubeSignals:
     return McubeSignals(
         pose=Signal(pose.time, without_steps(pose.time, value)),
         tip=tip,
-        force=Signal(force.time, sign * _turn(angle, force.value)),
+        force=Signal(force.time, sign * turn_vectors(angle, force.value)),
     )
 
 
@@ -275,8 +275,3 @@ def _signal(path: Path, name: str, stamps: ndarray, values: ndarray, zero: float
             "cut the recording there, or mend the stamps",
         )
     return Signal(sampling_times(unique).time, values[first])
-
-
-def _turn(angle: Float[ndarray, " t"], v: Float[ndarray, "t 2"]) -> Float[ndarray, "t 2"]:
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.stack([cos * v[:, 0] - sin * v[:, 1], sin * v[:, 0] + cos * v[:, 1]], 1)

@@ -13,7 +13,7 @@ from numpy import ndarray
 
 from mjx_inertia.dataset.mcube_file import McubeSignals, Signal
 from mjx_inertia.dataset.recording_file import RecordingError
-from mjx_inertia.objects import ObjectModel, closest_on_outline
+from mjx_inertia.objects import ObjectModel, closest_on_outline, in_object_frame, turn_vectors
 
 _RATE = 100.0  # Hz, at which a push is judged
 _LEAST_FORCE = 0.3  # N
@@ -108,7 +108,7 @@ def _check_geometry(
     allowed = max(_TOUCHES, _LARGE * obj.mean_diameter)
 
     def gap(pose: ndarray, tip: ndarray) -> float:
-        here = closest_on_outline(obj.outline, _into(pose, tip)).distance
+        here = closest_on_outline(obj.outline, in_object_frame(pose, tip)).distance
         return float(np.median(np.abs(here - tip_radius)))
 
     found = gap(pose, tip)
@@ -148,8 +148,8 @@ def _other_geometries(pose: ndarray, tip: ndarray) -> Iterator[tuple[ndarray, nd
 def _check_direction(
     pose: ndarray, tip: ndarray, force: ndarray, obj: ObjectModel, file: str
 ) -> None:
-    normal_obj = closest_on_outline(obj.outline, _into(pose, tip)).normal
-    normal = _turned(pose[:, 2], normal_obj)
+    normal_obj = closest_on_outline(obj.outline, in_object_frame(pose, tip)).normal
+    normal = turn_vectors(pose[:, 2], normal_obj)
     unit = force / np.hypot(*force.T)[:, None]
 
     def cosine(direction: ndarray) -> float:
@@ -158,13 +158,14 @@ def _check_direction(
     found = cosine(unit)
     if found >= _INTO:
         return
+    with_object = cosine(turn_vectors(pose[:, 2], unit))
     others = [
         (cosine(-unit), "on the tip instead of the object: write `force_on: tip`"),
-        (cosine(_turned(pose[:, 2], unit)), "in the object's axes: write `force_frame: object`"),
+        (with_object, "in the object's axes: write `force_frame: object`"),
         (cosine(unit[:, ::-1]), "with force_x and force_y exchanged"),
     ]
     for angle in (90, -90):
-        turned = _turned(np.full(len(unit), np.radians(angle)), unit)
+        turned = turn_vectors(np.full(len(unit), np.radians(angle)), unit)
         others.append((cosine(turned), f"in axes turned by 90°: write `force_yaw: {angle}`"))
     best, words = max(others)
     text = f"the force does not point into the object (median cosine to its normal {found:.2f})"
@@ -185,12 +186,3 @@ def _check_timing(time: ndarray, pose: ndarray, size: ndarray, obj: ObjectModel,
                 f"the object moves {late:.2f} s before any force acts on it; if the force's stamps "
                 f"are late, write `force_delay: {late:.2f}` in the description",
             )
-
-
-def _into(pose: Float[ndarray, "t 3"], point: Float[ndarray, "t 2"]) -> Float[ndarray, "t 2"]:
-    return _turned(-pose[:, 2], point - pose[:, :2])
-
-
-def _turned(angle: Float[ndarray, " t"], v: Float[ndarray, "t 2"]) -> Float[ndarray, "t 2"]:
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.stack([cos * v[:, 0] - sin * v[:, 1], sin * v[:, 0] + cos * v[:, 1]], 1)

@@ -7,6 +7,7 @@ python -m mjx_inertia.identify --example --out result/
 
 import argparse
 import dataclasses
+import html
 import json
 import sys
 from collections.abc import Sequence
@@ -219,13 +220,9 @@ def _together(found: RecordedBody) -> dict[str, Any]:
 
 
 def _write_refusals(out: Path, failures: dict[Path, str]) -> None:
-    rows = "".join(f"<p>{_escaped(f'{file}: {why}')}</p>" for file, why in failures.items())
+    rows = "".join(f"<p>{html.escape(f'{file}: {why}')}</p>" for file, why in failures.items())
     page = f"<!doctype html><meta charset='utf-8'><title>No push</title><h1>No push</h1>{rows}"
     write_whole(out / "report.html", page + "\n")
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 def _export(found: RecordedBody, out: Path) -> None:

@@ -40,8 +40,10 @@ from mjx_inertia.objects.outline import (
     OutlineContact as OutlineContact,
     closest_on_outline as closest_on_outline,
     friction_radius as friction_radius,
+    in_object_frame as in_object_frame,
     planar_integrals as planar_integrals,
     signed_area as signed_area,
+    turn_vectors as turn_vectors,
 )
 from mjx_inertia.objects.random_shapes import (
     RandomShapes as RandomShapes,

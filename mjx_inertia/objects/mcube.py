@@ -10,10 +10,10 @@ from importlib import resources
 from pathlib import Path
 
 import numpy as np
-import yaml
 from jaxtyping import Float
 from numpy import ndarray
 
+from mjx_inertia.files import parse_yaml
 from mjx_inertia.objects.model import ObjectModel, prism
 
 _ELLIPSE_VERTICES = 180  # the outline stays within 0.02 % of the semi-axis of the curve
@@ -35,13 +35,7 @@ def load_mcube_objects(path: str | Path | None = None) -> dict[str, ObjectModel]
         except UnicodeDecodeError as error:
             raise ValueError(f"{path}: not a text file ({error})") from None
     where = "the published objects" if path is None else str(path)
-    try:
-        # a few lines of aliases of aliases stand for more numbers than fit into memory
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
-            raise ValueError(f"{where}: aliases (*name) are not read; write the numbers out")
-        table = yaml.safe_load(text)
-    except (yaml.YAMLError, RecursionError) as error:
-        raise ValueError(f"{where}: not a YAML file ({error})") from None
+    table = parse_yaml(text, where)
     if not isinstance(table, dict) or not isinstance(table.get("objects"), dict):
         raise ValueError(f"{where}: expected a mapping with the key `objects`")
     default_height = table.get("height")

@@ -147,3 +147,16 @@ def closest_on_outline(
 
 def _cross(a: Float[ndarray, "k 2"], b: Float[ndarray, "k 2"]) -> Float[ndarray, " k"]:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def turn_vectors(angle: Float[ndarray, "*n"], v: Float[ndarray, "*n 2"]) -> Float[ndarray, "*n 2"]:
+    """Each vector turned counterclockwise by its angle, rad."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.stack([cos * v[..., 0] - sin * v[..., 1], sin * v[..., 0] + cos * v[..., 1]], -1)
+
+
+def in_object_frame(
+    pose: Float[ndarray, "n 3"], point: Float[ndarray, "n 2"]
+) -> Float[ndarray, "n 2"]:
+    """Points of the world in the frame of an object, one at each of its poses (m, m, rad)."""
+    return turn_vectors(-pose[:, 2], point - pose[:, :2])

@@ -16,7 +16,7 @@ from mjx_inertia.estimators.force_driven.estimate import BodyEstimate
 from mjx_inertia.estimators.force_driven.prediction_errors import normal_terms
 from mjx_inertia.estimators.force_driven.samples import BodyPrior, push_samples, stack_samples
 from mjx_inertia.estimators.force_driven.settings import SHARED, UNKNOWNS, ForceDrivenSettings
-from mjx_inertia.objects import ObjectModel, closest_on_outline, prism
+from mjx_inertia.objects import ObjectModel, closest_on_outline, prism, turn_vectors
 from mjx_inertia.pushing import PushRecord
 
 _CANDIDATES = 16  # points around the outline
@@ -97,7 +97,5 @@ def _around(outline: Float[ndarray, "k 2"]) -> Float[ndarray, "n 2"]:
 def _tracked(record: PushRecord, centroid: Float[ndarray, "2"]) -> PushRecord:
     """The record of the frame whose origin is that of the outline."""
     pose = np.asarray(record.pose, float)
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    x, y = centroid
-    origin = pose[:, :2] - np.stack([cos * x - sin * y, sin * x + cos * y], 1)
+    origin = pose[:, :2] - turn_vectors(pose[:, 2], np.broadcast_to(centroid, (len(pose), 2)))
     return record.replace(pose=np.concatenate([origin, pose[:, 2:]], 1))

@@ -13,7 +13,12 @@ from numpy import ndarray
 
 from mjx_inertia.estimators.force_driven.prediction_errors import PushSamples
 from mjx_inertia.estimators.force_driven.settings import ForceDrivenSettings
-from mjx_inertia.objects import ObjectModel, closest_on_outline, friction_radius
+from mjx_inertia.objects import (
+    ObjectModel,
+    closest_on_outline,
+    friction_radius,
+    in_object_frame,
+)
 from mjx_inertia.pushing import PushRecord, PushStatus
 
 _GRAVITY = 9.81  # m/s²
@@ -56,7 +61,7 @@ def push_samples(
     if int(record.status) != PushStatus.OK or end * interval < _LEAST_PUSH:
         return None
     # contact in the middle of each interval, in the object's own frame
-    tip_obj = _into(pose, tip)
+    tip_obj = in_object_frame(pose, tip)
     middle = 0.5 * (tip_obj + np.concatenate([tip_obj[:1], tip_obj[:-1]]))
     contact = closest_on_outline(prior.outline, middle)
     tangent = np.stack([-contact.normal[:, 1], contact.normal[:, 0]], 1)
@@ -97,13 +102,6 @@ def _first_twist(
         return np.zeros(3), settings.creep * np.array([1.0, 1.0, 20.0])
     slope = np.gradient(pose[: _FIRST + 1], interval, axis=0)[0]
     return slope, np.abs(slope) + 10.0 * settings.creep * np.array([1.0, 1.0, 20.0])
-
-
-def _into(pose: Float[ndarray, "t 3"], point: Float[ndarray, "t 2"]) -> Float[ndarray, "t 2"]:
-    """Points of the world in the frame of the object."""
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    x, y = (point - pose[:, :2]).T
-    return np.stack([cos * x + sin * y, -sin * x + cos * y], 1)
 
 
 def _slows(velocity: Float[ndarray, "t 2"], interval: float, settings: ForceDrivenSettings) -> int:
